@@ -41,7 +41,7 @@ ARRIVED = 5e-3
 LIMITATIONS = (
     "Peers are wired by us after their examples; gains other than those of the examples were not tried.",
     "pink and mink bound velocities; only ftqp at the acceleration level bounds accelerations, too.",
-    "The ball stands still, and arms do what they are told.",
+    "The ball stands still, and arms follow their commands.",
 )
 
 

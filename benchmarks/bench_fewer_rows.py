@@ -28,7 +28,7 @@ SEED, DT, THERE, TURNED, REST = 20261201, 4e-3, 2e-3, 0.02, 6.0
 FASTEST, FASTEST_TURN = 0.25, 0.75
 LIMITATIONS = (
     "That no posture is found in 480 starts is no proof that there is none.",
-    "Arms do what they are told; no obstacles; the joint is locked from the beginning.",
+    "Arms follow their commands; no obstacles; the joint is locked from the beginning.",
 )
 
 

@@ -30,7 +30,7 @@ ON, TURNED = 2e-3, 0.02
 FASTEST, FASTEST_TURN = 0.25, 0.75
 WAYS = ("mvn", "rmp", "N-1")
 LIMITATIONS = (
-    "Locks are told at once and brake as the planner's default has it; no obstacles.",
+    "Locks are reported at once and brake as the planner's default has it; no obstacles.",
     "Paths whose healthy motion leaves them are drawn again: what is asked is what a lock costs.",
     "Foretold is compared over the horizon only, with the same program that foretells.",
 )

@@ -69,7 +69,7 @@ LIMITATIONS = (
     "another posture' says that the line can be followed from there; the rest is unknown.",
     "Peers are wired by us; none of them claims to look for another posture.",
     "pink's limits are hard: where it finds no velocity within all of them it raises NoSolutionFound.",
-    "No obstacles; arms do what they are told; accelerations are differences of the commanded joints.",
+    "No obstacles; arms follow their commands; accelerations are differences of the commanded joints.",
 )
 
 

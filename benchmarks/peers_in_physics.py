@@ -1,8 +1,9 @@
-"""pink, placo, mink, OInK and resolved rates on the arm of the demo, in physics, told of the lock and not.
+"""pink, placo, mink, OInK and resolved rates on the arm of the demo, in physics, lock reported or not.
 
     python benchmarks/peers_in_physics.py           every joint, a box in the way, eight goals: an hour
     python benchmarks/peers_in_physics.py --jobs 4  the same in four processes
     python benchmarks/peers_in_physics.py --quick   the demo's joint, the box, one goal
+    python benchmarks/peers_in_physics.py --own     ftqp alone, a minute or two
     python benchmarks/peers_in_physics.py --env-dir DIR   where the peers are, or are installed
 
 A Panda behind servos of 15 Hz in MuJoCo, with gravity and noisy encoders. First it goes round the circle of
@@ -10,10 +11,10 @@ A Panda behind servos of 15 Hz in MuJoCo, with gravity and noisy encoders. First
 the lock of joint 3. Then it goes to poses that need another posture once a joint is locked.
 All peers are wired well: they solve at the measured joints with feedback and the target's twist, a radian of
 the tip weighs what it weighs for ftqp (``robot.length``), and their speeds are integrated to what the servos
-are sent, within range, speed and acceleration. Told of a lock, they take that joint out. Each is tried with
-three gains in every row, on every joint and on the way to every goal, and the one that strays least there in
-these weights is published, as nobody could know it before. Rows in which a peer is as good or better are
-published like all others, and the best of each row is bold.
+are sent, within range, speed and acceleration. When a lock is reported, they take that joint out. Each is
+tried with three gains in every row, on every joint and on the way to every goal, and the one that strays
+least there in these weights is published, as nobody could know it before. Rows in which a peer is as good or
+better are published like all others, and the best of each row is bold.
 """
 
 import argparse
@@ -248,7 +249,8 @@ def main() -> int:
     options = _options()
     joints = [DEMO] if options.quick else list(ftqp.robots.load("panda").joints)
     versions, left_out = {}, {}
-    rivals = [one for one in RIVALS if one[1] is None or _there(one, options.env_dir, left_out)]
+    known = () if options.own else RIVALS
+    rivals = [one for one in known if one[1] is None or _there(one, options.env_dir, left_out)]
     cases = goals(1 if options.quick else options.goals)
     programs = ["ftqp", *rivals]
     circles = [(who, joint, told, False) for told in (False, True) for who in programs for joint in joints]
@@ -312,7 +314,7 @@ def circle_tables(rows, told: bool) -> list[Table]:
     programs = list(dict.fromkeys(row["program"] for row in rows))
     joints = list(dict.fromkeys(row["joint"] for row in rows))
     at = {(row["program"], row["joint"]): row for row in rows if row["told"] == told}
-    title = f"The brake of one joint closes, {'told at once' if told else 'not told'}"
+    title = f"The brake of one joint closes, {'reported at once' if told else 'not reported'}"
     tables = []
     for largest, last, unit, what in (
         ("after", "end", "mm", "distance of the tip from its target"),
@@ -346,7 +348,7 @@ def circle_tables(rows, told: bool) -> list[Table]:
 
 
 def _compared(rows, columns) -> list[tuple[str, ...]]:
-    """Lines of a table, told and not apart: (text of a row, what is least for the best, or None)."""
+    """Lines of a table, reported and not apart: (text of a row, what is least for the best, or None)."""
     lines = []
     for told in (False, True):
         of = [row for row in rows if row["told"] == told]
@@ -371,13 +373,13 @@ def _box_table(rows) -> Table:
         *(_in_thousandths(what) for what in ("after", "end", "turned", "turned_end")),
     ]
     headings = (
-        "program", "told", "nearest [mm]", "force [N]", "off at most [mm]", "off at the end [mm]",
+        "program", "reported", "nearest [mm]", "force [N]", "off at most [mm]", "off at the end [mm]",
         "turned at most [mrad]", "turned at the end [mrad]",
     )  # fmt: skip
     note = (
         "The brake of joint 3 closes; a box stands where the elbow then goes, and six joints cannot keep "
         f"the tip's pose and pass it, too. Asked were {1e3 * KEEP:g} mm; the force is the hardest contact. "
-        "A peer has the gain that strays least; bold is the best of a column, told and not."
+        "A peer has the gain that strays least; bold is the best of a column, reported and not."
     )
     return Table(title="A box in the way", headings=headings, rows=_compared(rows, columns), notes=(note,))
 
@@ -391,11 +393,11 @@ def _goal_table(rows) -> Table:
     note = (
         f"A brake closes {BRAKES_AT:g} s after the start. Six joints reach the goal, but not straight on. "
         f"Reached is within {1e3 * ARRIVED:g} mm and {TURNED:g} rad at the end; the others are medians. At "
-        "each goal a peer has the gain that ends nearest; bold is the best of a column, told and not."
+        "each goal a peer has the gain that ends nearest; bold is the best of a column, reported and not."
     )
     return Table(
         title="Goals that need another posture",
-        headings=("program", "told", "goals reached", "off at the end [mm]", "turned at the end [mrad]"),
+        headings=("program", "reported", "goals reached", "off at the end [mm]", "turned at the end [mrad]"),
         rows=_compared(rows, columns),
         notes=(note,),
     )
@@ -411,6 +413,7 @@ def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
     add = parser.add_argument
     add("--quick", action="store_true", help="the demo's joint, the box and one goal")
+    add("--own", action="store_true", help="ftqp alone, after its code has changed")
     add("--env-dir", type=Path, default=DEFAULT, metavar="DIR", help=f"of the peers (default {DEFAULT})")
     add("--goals", type=int, default=GOALS, metavar="N", help=f"how many (default {GOALS})")
     add("--jobs", type=command_line.at_least_one, default=1, metavar="N", help="processes (default 1)")

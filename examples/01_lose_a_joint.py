@@ -45,7 +45,7 @@ print(
 if given.figure:
     from ftqp.viz.figures.loop_picture import draw_loop
 
-    curves = {"tip's error [mm]": {"error": (times, errors)}, "joints [rad]": {}}
+    curves = {"off the circle [mm]": {"end effector": (times, errors)}, "joints [rad]": {}}
     for name, values in zip(robot.joints, np.transpose(motion), strict=True):
         curves["joints [rad]"][name.removeprefix("panda_")] = (times, values)
     title = "A Panda loses joint 3 on its circle"

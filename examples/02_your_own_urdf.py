@@ -54,5 +54,6 @@ print(f"largest torque at the end: {np.abs(step.tau).max():.1f} N m")
 if given.figure:
     from ftqp.viz.figures.loop_picture import draw_loop
 
-    curves = {"error [mm]": {"error": (planner.dt * np.arange(len(errors)), errors)}}
-    draw_loop(given.figure, robot.name, curves, arm=(robot, motion), fault=(1.0, "joint 3 locks"))
+    curves = {"off its line [mm]": {"end effector": (planner.dt * np.arange(len(errors)), errors)}}
+    title = f"{robot.name}: an arm from a URDF loses a joint"
+    draw_loop(given.figure, title, curves, arm=(robot, motion), fault=(1.0, "joint 3 locks"))

@@ -39,7 +39,7 @@ if given.figure:
 
     t = planner.dt * np.arange(len(motion))
     curves = {
-        "tip's error [mm]": {"error": (t, np.array(errors))},
-        "joint 5 [rad]": {"free": (t, np.array(motion)[:, 4])},
+        "off its place [mm]": {"end effector": (t, np.array(errors))},
+        "joint 5 [rad]": {"free-swinging": (t, np.array(motion)[:, 4])},
     }
     draw_loop(given.figure, "A Panda's fifth joint swings freely", curves, arm=(robot, motion))

@@ -18,7 +18,7 @@ robot = ftqp.robots.load("modular11")
 start = np.deg2rad([0.0, -50.0, 0.0, -30.0, 0.0, 70.0, 0.0, 30.0, 0.0, 0.0, 0.0])
 path = ftqp.paths.Line(robot.pose(start), (-2.54, 0.0, 0.0), duration=20.0, law="constant")
 worst: dict[str, float] = {}
-beside: dict[str, list[float]] = {}
+away: dict[str, list[float]] = {}
 for mode in ("slack", "scaled"):
     task = ftqp.Task(mode=mode, kp=2.0)
     planner = ftqp.Planner(robot, dt=1e-2, level="velocity", task=task, emergency=None)
@@ -27,7 +27,7 @@ for mode in ("slack", "scaled"):
     q, v, worst[mode] = start.copy(), np.zeros(robot.nv), 0.0
     planner.reset(q)
     follower = ftqp.PathFollower(planner, path) if mode == "scaled" else None
-    k, beside[mode], motion = 0, [], [start]
+    k, away[mode], motion = 0, [], [start]
     while k < 4000 if follower else k < 2000:
         if follower:
             step = follower.step(q, v)
@@ -38,8 +38,8 @@ for mode in ("slack", "scaled"):
             sample = path.sample(k * planner.dt)
             step = planner.step(q, v, ftqp.Target(pose=sample.pose[0], twist=sample.twist[0]))
         q, v = step.q.copy(), step.v.copy()
-        beside[mode].append(1e3 * float(np.linalg.norm((robot.pose(q) - path.start)[1:3, 3])))
-        worst[mode] = max(beside[mode])
+        away[mode].append(1e3 * float(np.linalg.norm((robot.pose(q) - path.start)[1:3, 3])))
+        worst[mode] = max(away[mode])
         motion.append(q)
         k += 1
 
@@ -51,6 +51,6 @@ if given.figure:
     from ftqp.viz.figures.loop_picture import draw_loop
 
     names = {"scaled": "by progress", "slack": "by the clock"}
-    curves = {names[mode]: (1e-2 * np.arange(len(beside[mode])), beside[mode]) for mode in names}
+    curves = {names[mode]: (1e-2 * np.arange(len(away[mode])), away[mode]) for mode in names}
     title = "Three of eleven joints locked, through a singularity"
     draw_loop(given.figure, title, {"off the line [mm]": curves}, arm=(robot, motion))

@@ -37,16 +37,16 @@ def run(case: str, learns: bool) -> "ftqp.analysis.LearnedRun":
 
 
 first = next(iter(CASES))
-runs = {"as it is": run(first, learns=False), "learning": run(first, learns=True)}
+runs = {"as it is": run(first, learns=False), "adapting": run(first, learns=True)}
 plain, learned = runs.values()
 print(f"the law as it is ends: {plain.error:.4f} m from the goal")
-print(f"the law that learns ends: {learned.error:.4f} m from it, as near as the other joints can")
+print(f"the law that adapts ends: {learned.error:.4f} m from it, as near as the remaining joints can")
 print(f"what the locked joint is believed to do: {learned.theta[0]:.2f} of its commands")
 for case in list(CASES) if options.all else ():
     plain, learned = run(case, learns=False), run(case, learns=True)
     last = plain.errors[len(plain.errors) // 2 :]
     moving = f", moving between {last.min():.2f} and {last.max():.2f}" if np.ptp(last) > 0.01 else ""
-    print(f"{case}: {plain.error:.4f} m as it is{moving}; {learned.error:.4f} m with learning")
+    print(f"{case}: {plain.error:.4f} m as it is{moving}; {learned.error:.4f} m adapting")
 
 if options.figure:
     from ftqp.viz.figures.loop_picture import draw_loop

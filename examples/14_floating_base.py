@@ -55,5 +55,5 @@ for name, (believed, fault) in cases.items():
 if given.figure:
     from ftqp.viz.figures.loop_picture import draw_loop
 
-    panels = {"tool to its place in space [mm]": offs, "turn of the satellite [deg]": turns}
+    panels = {"tool off its place [mm]": offs, "satellite turned [deg]": turns}
     draw_loop(given.figure, "An arm on a satellite", panels)

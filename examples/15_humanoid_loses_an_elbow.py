@@ -28,7 +28,7 @@ DT, TICKS, LIFT = 2e-3, 2000, np.array([0.1, 0.0, 0.25])
 way = ftqp.paths.Line(robot.pose(start), LIFT, duration=0.6 * TICKS * DT).sample(DT * np.arange(TICKS))
 targets = ftqp.Targets(way.pose, way.twist, way.acceleration)
 tray = ftqp.Task("pose", mode="scaled")  # of the left hand, which takes the tray along
-beside = [
+soft = [
     ftqp.RelativeTask(right, left, level=0, name="grip"),
     ftqp.AxisTask(head, axis=(1, 0, 0), towards=left, name="look"),
     ftqp.CentreOfMass("xy", name="balance"),
@@ -37,7 +37,7 @@ elbow, waist = ftqp.Locked("arm_left_4_joint"), [ftqp.Locked(f"torso_{k}_joint")
 cases = {"healthy": [], "the elbow locks": [elbow], "elbow and waist lock": [elbow, *waist]}
 offs, looks, runs, times = {}, {}, {}, DT * np.arange(TICKS)
 for name, locks in cases.items():
-    planner = ftqp.Planner(robot, DT, task=tray, tasks=beside, emergency=None)
+    planner = ftqp.Planner(robot, DT, task=tray, tasks=soft, emergency=None)
     planner.reset(start)
     off, past, motion = [], [], [start]
     for k in range(TICKS):

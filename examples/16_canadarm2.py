@@ -45,7 +45,7 @@ print(f"farthest from its end: {max(end.values()):.4f} mm")
 if given.figure:
     from ftqp.viz.figures.loop_picture import draw_loop
 
-    panels = {"hand to its target [mm]": errors}
-    title, arm = "Canadarm2 loses one joint (the arm: without its wrist's yaw)", (robot, motions["wrist_yaw"])
+    panels = {"off its line [mm]": errors}
+    title, arm = "Canadarm2 loses each joint in turn (arm: wrist_yaw)", (robot, motions["wrist_yaw"])
     label = list(panels)
     draw_loop(given.figure, title, panels, logarithmic=label, arm=arm, fault=(48.0, "a joint locks"))

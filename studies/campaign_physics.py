@@ -4,9 +4,9 @@
     python studies/campaign_physics.py --replay 200058
 
 An episode is an arm in MuJoCo (panda, iiwa14 or xarm7; drive, load, friction, noise, latency, fault and its
-time, told at once, late or never) that follows a circle and then stands for two seconds. It is drawn from its
-number alone. Episodes that ``--file`` has already are not run again. The tables say how often each law was
-broken, by arm, drive and fault, and how each exception came about; the report goes to ``--out``.
+time, reported at once, late or never) that follows a circle and then stands for two seconds. It is drawn from
+its number alone. Episodes that ``--file`` has already are not run again. The tables say how often each law
+was broken, by arm, drive and fault, and how each exception came about; the report goes to ``--out``.
 ``--replay K`` runs one of them and writes its figures.
 
 What no planner can help is not counted: healthy joints' speed within 0.1 s after a brake has closed, or after

@@ -1,4 +1,4 @@
-"""Failures nobody was told of (Goel, Maciejewski and Balakrishnan 2005): every figure, recomputed, timed.
+"""Failures that nobody reports (Goel, Maciejewski and Balakrishnan 2005): every figure, recomputed, timed.
 
     python studies/goel2005.py           all of it, about a minute; pictures beside the report
     python studies/goel2005.py --quick   a quarter of the configurations and a hundredth of the brute force
@@ -186,7 +186,7 @@ def pictures(found_map, found_basins):
     def draw(result, out, name):
         files = [out / f"{name}-{part}.png" for part in ("motions", "basins", "two-links")]
         map_pictures.draw_motions(
-            files[0], "A joint locks and nobody tells: figures 5 and 6", np.ones(3),
+            files[0], "A joint locks, unreported: figures 5 and 6", np.ones(3),
             {
                 "Fig. 5: joint 2 at 45°": motion(3, GOAL, (-79.3348, 45.0, 42.7735), "j2", 12.0),
                 "Fig. 6: joint 1 at 150°": motion(3, GOAL, (150.0, -107.9446, 98.8833), "j1", 30.0),
@@ -321,7 +321,7 @@ def four(values):
 def markdown(result):
     """The report, as one string."""
     found, brute, horizon = result["map"], result["brute_force"], result["horizons"]
-    lines = results.preamble("Failures nobody was told of (Goel et al. 2005)", result)
+    lines = results.preamble("Failures that nobody reports (Goel et al. 2005)", result)
     lines += ["## Ends", "", "| case | expected | kind | q in the end [degrees] | |", "|---|---|---|---|---|"]
     lines += [entry(row) for row in result["ends"]]
     lines += ["", "## Basins (Fig. 8)", ""]

@@ -78,7 +78,7 @@ COLUMNS = {
 
 
 def tables(found: dict[str, Any]) -> list[Table]:
-    """Errors of what is told, and how honest its standard errors are."""
+    """Errors of what is identified, and how honest its standard errors are."""
     rows, lines = found["rows"], []
     for name in dict.fromkeys(row["arm"] for row in rows):
         own = [row for row in rows if row["arm"] == name]
@@ -97,11 +97,11 @@ def tables(found: dict[str, Any]) -> list[Table]:
         f"the truth and {100.0 * np.mean(np.abs(z) < 3.0):.0f} % within three. At most "
         f"{100.0 * max(row['share_left'] for row in rows):.0f} % of what the model misses of a joint's "
         "torque is left.",
-        "Not told are mostly offsets of joints whose position no torque depends on, the first joint of an "
-        "arm that stands upright among them.",
+        "Not identified are mostly offsets of joints whose position no torque depends on, the first joint of "
+        "an arm that stands upright among them.",
     )
-    headings = ("arm", *(label for label, _ in COLUMNS.values()), "not told")
-    title = "Errors of what is told, median and nine tenths over joints and arms"
+    headings = ("arm", *(label for label, _ in COLUMNS.values()), "not identified")
+    title = "Errors of what is identified, median and nine tenths over joints and arms"
     return [Table(title=title, headings=headings, rows=lines, notes=notes)]
 
 

@@ -37,7 +37,7 @@ def run(joints: Any, *more: str) -> Any:
 
 def said(result: Any) -> str:
     """How a run ended, in the words of the table."""
-    error = f"tip off its path by at most {result.log['position_error'].max():.3g} m"
+    error = f"end effector off its path by at most {result.log['position_error'].max():.3g} m"
     return error if result.stopped_at is None else f"stop at {result.stopped_at:.2f} s"
 
 
@@ -75,10 +75,10 @@ def picture(name: str, result: Any, file: Any) -> None:
         label: {f"joint {i + 1}": (t, values) for i, values in enumerate(log[signal].T)}
         for label, signal in (("velocities [rad/s]", "v"), ("torques [N m]", "tau"))
     }
-    curves["tip off its path [m]"] = {"error": (t, np.maximum(log["position_error"], 1e-9))}
+    curves["off its path [m]"] = {"error": (t, np.maximum(log["position_error"], 1e-9))}
     fault = None if name == "E1" else (15.0, CASES[name][0])
     title = f"{name}: {CASES[name][0]}"
-    draw_loop(file, title, curves, logarithmic=["tip off its path [m]"], fault=fault)
+    draw_loop(file, title, curves, logarithmic=["off its path [m]"], fault=fault)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Locks on the way past balls: how many arms hit one, with a scene and without.
 
 An arm follows a line of 0.15 to 0.35 m; twelve balls of 5 cm stand around it, each of which the healthy
-motion clears by 2 to 8 cm; it clears the arm itself by 2. One joint locks on the way and is told at once. The
-same episode is run by a planner that knows nothing of the balls and by one that was given them. Distances are
-those of the arm's capsules.
+motion clears by 2 to 8 cm; it clears the arm itself by 2. One joint locks on the way and is reported at once.
+The same episode is run by a planner that knows nothing of the balls and by one that was given them. Distances
+are those of the arm's capsules.
 
     python studies/locks_among_balls.py                       350 episodes
     python studies/locks_among_balls.py --episodes 40 --seed 7
@@ -153,7 +153,7 @@ def tables(found):
 
 LIMITATIONS = (
     "Distances are those of capsules, which are larger than the links; the arm follows its commands; locks "
-    "are told at once and brake instantly; balls stand still.",
+    "are reported at once and brake instantly; balls stand still.",
 )
 
 

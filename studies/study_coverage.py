@@ -7,7 +7,7 @@
 Every bundled scenario of this kind is taken with two motions: that of the scenario as it is, and its plan by
 dynamic programming with a free start. A random joint locks at a random sample, at once, and the planner is
 told. What becomes of it is predicted by the continuation of that pair, and then the planner is run in closed
-loop on an arm that does what it is told, and, where the arm has masses, on MuJoCo's arm behind position
+loop on an arm that follows its commands, and, where the arm has masses, on MuJoCo's arm behind position
 servos of 15 Hz. A run survives when the true tip, from 0.3 s after the lock to the end, stays within 2 mm and
 0.02 rad of the path, 5 mm and 0.03 rad in physics, where servos lag.
 

@@ -1,12 +1,12 @@
-"""Joints that lose motor and brake on the way, told at once, on arms of which nobody described the friction.
+"""Joints that lose motor and brake on the way, reported at once, on arms of undescribed friction.
 
 Ten arms that are not in the catalog go round a circle in MuJoCo, behind position servos of 15 Hz, velocity
-servos, or torque drives; after ``AT`` one joint has nothing but its dry friction, and who leads the arm is
-told. Beside ftqp goes the damped least squares of ``ftqp.sim.rival``, which leaves the joint out; where the
-arm takes torques, a computed-torque law of 15 Hz goes between, that of the position servo. An episode is
-finished where no stop was latched, the tip ends within 10 mm and 0.1 rad of its target, and no healthy joint
-was more than 2 % beyond its speed limit. With --healthy nothing fails, as friction that nobody knows of and
-circles near singular postures stop arms, too.
+servos, or torque drives; after ``AT`` one joint has nothing but its dry friction, and this is reported
+to who leads the arm. Beside ftqp goes the damped least squares of ``ftqp.sim.rival``, which leaves the joint
+out; where the arm takes torques, a computed-torque law of 15 Hz goes between, that of the position servo. An
+episode is finished where no stop was latched, the tip ends within 10 mm and 0.1 rad of its target, and no
+healthy joint was more than 2 % beyond its speed limit. With --healthy nothing fails, as friction that nobody
+knows of and circles near singular postures stop arms, too.
 
     python studies/told_free_joints.py [--quick] [--healthy] [--jobs N] [--out DIR] [--json]
                                                                      needs pip install -e ".[sim,robots]"
@@ -256,6 +256,6 @@ if __name__ == "__main__":
     add("--healthy", action="store_true", help="nothing fails")
     add("--seeds", type=int, default=1, help="circles of each (default %(default)s)")
     study.on_record(
-        parser.parse_args(), "Joints without motor and brake, told at once", _ridden, tables,
+        parser.parse_args(), "Joints without motor and brake, reported at once", _ridden, tables,
         ("Noise, loads, arms at other speeds: not looked at.",),
     )  # fmt: skip

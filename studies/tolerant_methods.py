@@ -1,11 +1,11 @@
 """ftqp beside three failure-tolerant methods of the literature, on the same motions, with paired tests.
 
 A Panda, an iiwa14 and an xarm7 follow lines of 0.1 to 0.4 m with a turn of up to 0.6 rad; halfway, where the
-tip is fastest, a joint drawn at random locks, and everybody is told at once. Once the arms do as they are
-told, once every joint drifts by a constant 0.01 rad/s that nobody knows of. The methods are a velocity-level
-scheme with equality locks (Li and Zhang 2012), a noise-tolerant zeroing network (Jin, Zhang and Li 2016) and
-halt optimization (Chen et al. 2020). What is compared is the distance from the line, not from the clock, so
-that a method that halts loses nothing by that.
+tip is fastest, a joint drawn at random locks, and this is reported to all at once. Once the arms follow their
+commands, once every joint drifts by a constant 0.01 rad/s that nobody knows of. The methods are a
+velocity-level scheme with equality locks (Li and Zhang 2012), a noise-tolerant zeroing network (Jin, Zhang
+and Li 2016) and halt optimization (Chen et al. 2020). What is compared is the distance from the line, not
+from the clock, so that a method that halts loses nothing by that.
 
     python studies/tolerant_methods.py [--cases N] [--out DIR] [--json]
 
@@ -212,7 +212,7 @@ def markdown(result: dict[str, Any]) -> str:
     for drift in dict.fromkeys(row["drift"] for row in result["rows"]):
         of = [row for row in result["rows"] if row["drift"] == drift]
         lines += [
-            "## Arms that do as they are told" if drift == 0.0 else
+            "## Arms that follow their commands" if drift == 0.0 else
             f"## Every joint drifts by {drift:g} rad/s, and nobody knows",
             "",
             "| method | arrived | finished | and kept all limits | off the line: median, worst [mm] | "
@@ -244,7 +244,7 @@ def markdown(result: dict[str, Any]) -> str:
         "`studies/papers/tolerant_methods.py` names them and what differs); of halt optimization, whose open",
         "article is what is known of it here, the floating base is left out. None of the three knows limits",
         "of acceleration, and an instant lock in mid-motion asks for many times what a joint has; ftqp keeps",
-        "them, and pays for that with some distance at the moment of the lock. Locks are told at once.",
+        "them, and pays for that with some distance at the moment of the lock. Locks are reported at once.",
     ]
     return "\n".join(lines) + "\n"
 

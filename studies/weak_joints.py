@@ -1,4 +1,4 @@
-"""Joints that lose torque on the way, told at once: are they led to where they cannot hold the arm?
+"""Joints that lose torque on the way, reported at once: are they led to where they cannot hold the arm?
 
 Arms go round a circle in MuJoCo, behind position servos of 15 Hz, velocity servos, or torque drives. After
 ``AT`` one joint has so much of its torque left that it holds the arm's weight where it is, with some room,
@@ -178,6 +178,6 @@ if __name__ == "__main__":
     add("--jobs", type=int, default=1, help="processes (default %(default)s)")
     add("--seeds", type=int, default=1, help="circles of each (default %(default)s)")
     study.on_record(
-        parser.parse_args(), "Joints that lost torque, told at once", _ridden, tables,
+        parser.parse_args(), "Joints that lost torque, reported at once", _ridden, tables,
         (LIMITATION,),
     )  # fmt: skip

@@ -2,10 +2,10 @@
 
 The scenario is `panda-unannounced`: a Panda behind servos of 15 Hz in MuJoCo, with gravity and noisy
 encoders, goes round a circle of 0.3 m in 4 s, and at 2.2 s the brake of one joint closes. Four controllers
-lead it: ftqp, not told but with its detector; ftqp, told at once; damped resolved rates, not told and told.
-The rival is fed the measured joints, keeps limits of speed, acceleration and range, and leads the same servos
-by its speed. It is tried with three gains in every row. The one that strays least there, distance and turn of
-the tip together as the task weighs them, is published, as nobody could know it before.
+lead it: ftqp, not reported but with its detector; ftqp, reported at once; damped resolved rates, not reported
+and reported. The rival is fed the measured joints, keeps limits of speed, acceleration and range, and leads
+the same servos by its speed. It is tried with three gains in every row. The one that strays least there,
+distance and turn of the tip together as the task weighs them, is published, as nobody could know it before.
 
     python studies/well_wired.py [--gains] [--quick] [--out DIR] [--json]
 
@@ -27,7 +27,7 @@ SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
 GAINS = (10.0, 20.0, 40.0, GAIN, 80.0, 120.0, 200.0)
 TRIED = (0.5 * GAIN, GAIN, 2.0 * GAIN)
 """Gains of the rival in a row [1/s]."""
-CONTROLLERS = ("ftqp, not told", "ftqp, told", "rates, not told", "rates, told")
+CONTROLLERS = ("ftqp, not reported", "ftqp, reported", "rates, not reported", "rates, reported")
 
 
 def facts(t: Any, error: Any, turn: Any, v: Any, at: float, robot: ftqp.Robot, said: str) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def main() -> None:
     parser.add_argument("--gains", action="store_true", help="the rival alone, with other gains")
     given = parser.parse_args()
     if given.gains:
-        print("gain [1/s]   told   after the lock [mm]   at the end [mm]")
+        print("gain [1/s]   reported   after the lock [mm]   at the end [mm]")
         for gain in GAINS:
             for told in (False, True):
                 run = rival(DEMO, told, gain)

@@ -20,7 +20,7 @@ from bench.tables import Table
 import ftqp
 
 DT, SECONDS, RADIUS = 0.001, 5.0, 0.1
-LAWS = ("PD 400/40", "as it is", "learns", "told")
+LAWS = ("PD 400/40", "as it is", "estimates", "true model")
 FAR = 0.05
 """An arm is lost when it stops, or when its tip is farther from its way than this [m]."""
 
@@ -48,7 +48,7 @@ def run(robot: ftqp.Robot, law: str, noise: float = 0.0, **truth: Any) -> tuple[
     """The largest error of the true tip [m], and whether the arm was lost."""
     n, q = robot.nv, robot.neutral
     model = robot
-    if law == "told":
+    if law == "true model":
         model = robot.with_rotors(robot.chain.armature + truth.get("rotors", 0.0))
         model = model.with_payload(truth["payload"]) if "payload" in truth else model
     plant = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, "torque"), ftqp.TrueArm(**truth))

@@ -92,3 +92,18 @@ def test_every_public_callable_says_what_each_of_its_arguments_means():
         if not text or (real and not set(real) <= set(named)):
             wrong.append(f"{name}: {sorted(set(real or []) - set(named)) or 'no docstring'}")
     assert not wrong
+
+
+def test_every_public_property_says_what_it_is():
+    """Attributes that are computed are texts of the reference, as methods are."""
+    wrong = []
+    for name, value in sorted(public().items()):
+        if inspect.isclass(value) and in_scope(value):
+            for attribute, found in vars(value).items():
+                if (
+                    isinstance(found, property)
+                    and not attribute.startswith("_")
+                    and not inspect.getdoc(found)
+                ):
+                    wrong.append(f"{name}.{attribute}")
+    assert not wrong

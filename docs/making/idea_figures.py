@@ -145,7 +145,7 @@ CASCADE = (
     ("HELD", "all joints stand", "waits to be released", BLUE),
     ("FALLBACK", "the solver has no answer", "comes to rest, within the box", RED),
     ("INVALID_INPUT", "an impossible measurement", "goes on by what is expected", RED),
-    ("STOPPING", "an error grew, or no wait helped", "brakes within its limits", RED),
+    ("STOPPING", "an error grew too large", "brakes within its limits", RED),
     ("STOPPED", "at rest", "holds, until you resume", RED),
 )
 """Status, what has happened, and what the arm does, from the task as asked to the stop."""

@@ -1,7 +1,7 @@
 """The picture and the animation of README, made by the live page itself in a browser without a window.
 
 A Panda in physics goes round a circle of 0.3 m in 4 s; after 2.2 s the brake of its third joint closes, and
-nobody says so. The rival is the same arm with the same brake, led by damped resolved rates with feedback.
+nobody reports it. The rival is the same arm with the same brake, led by damped resolved rates with feedback.
 Needs MuJoCo and Chromium (apt install chromium, or FTQP_CHROMIUM=/path/to/it).
 
     python docs/making/live_pictures.py            docs/pictures/arm-loses-a-joint.png and .gif
@@ -51,7 +51,7 @@ ARGUMENTS = (
 
 
 class Story:
-    """A source whose time goes on only when it is told to."""
+    """A source whose time goes on only when it is asked to."""
 
     def __init__(self) -> None:
         self._session = Session(lambda choice: arms_of(choice, faults=False), SCENARIO)
@@ -133,12 +133,13 @@ def titled(seen: Image.Image, frame: Frame) -> Image.Image:
     picture.paste(seen, mask=seen.getchannel("A") if seen.mode == "RGBA" else None)
     pen, font = ImageDraw.Draw(picture), ImageFont.load_default(17)
     locked = bool(frame.truth.any())
-    said = f"   {JOINT} brakes, nobody says so" if locked else ""
+    said = f"   {JOINT} brakes, not reported" if locked else ""
     lines = [(f"{frame.t:.2f} s{said}", "#222222")]
     if locked and frame.rival is not None:
-        found = "found out by itself" if frame.belief.any() else "not told"
+        found = "detected by itself" if frame.belief.any() else "not reported"
         lines.append((f"ftqp, {found}: {1e3 * frame.position_error:.1f} mm off", "#2e70b8"))
-        lines.append((f"damped resolved rates, not told: {1e3 * frame.rival.error:.1f} mm off", "#783c82"))
+        beside = f"damped resolved rates, not reported: {1e3 * frame.rival.error:.1f} mm off"
+        lines.append((beside, "#783c82"))
     for row, (words, colour) in enumerate(lines):
         pen.text((14, SCENE[1] - 82 + 23 * row), words, fill=colour, font=font)
     return picture

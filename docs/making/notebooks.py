@@ -27,7 +27,7 @@ NOTEBOOKS = {
         "result.plot()",
     ),
     "02_a_fault": (
-        "# A fault\n\nJoint 3 locks half-way, and the planner is told: once at once, once 50 ms later.",
+        "# A fault\n\nJoint 3 locks half-way. This is reported to the planner at once, or 50 ms later.",
         'import ftqp\n\nrobot = ftqp.robots.load("panda")\n'
         "path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.05, duration=4.0)\n\n\n"
         "def run(announced=None):\n"
@@ -36,7 +36,7 @@ NOTEBOOKS = {
         "    simulation = ftqp.Simulation(\n"
         '        planner, path, q=robot.neutral, schedule=ftqp.Schedule([fault]), log="memory"\n'
         "    )\n"
-        "    return simulation.run()\n\n\ntold, late = run(), run(2.05)\ntold",
+        "    return simulation.run()\n\n\nat_once, late = run(), run(2.05)\nat_once",
         "late",
         "late.plot()",
     ),

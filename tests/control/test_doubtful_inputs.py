@@ -130,6 +130,23 @@ def test_a_tool_in_millimetres_is_a_warning(caplog):
     assert len(said(caplog, "the tool is 120 m long, at the end of an arm that reaches 1.1 m")) == 1
 
 
+def test_a_load_in_millimetres_is_a_warning(caplog):
+    planner = ftqp.Planner(PANDA)
+    planner.reset(PANDA.neutral)
+    planner.carry(ftqp.Payload(mass=0.5, com=(0.0, 0.0, 0.05)))
+    assert not said(caplog, "millimetres")
+    planner.carry(ftqp.Payload(mass=0.5, com=(0.0, 0.0, 50.0)))
+    assert len(said(caplog, "the centre of mass of the load is 50 m from the end effector")) == 1
+
+
+def test_a_scene_in_millimetres_is_a_warning(caplog):
+    for far, count in ((0.6, 0), (600.0, 1)):
+        scene = ftqp.Scene()
+        scene.add("table", ftqp.Box((0.1, 0.1, 0.1), (far, 0.0, 0.0)))
+        ftqp.Planner(PANDA, scene=scene).reset(PANDA.neutral)
+        assert len(said(caplog, "table is 600 m")) == count and len(said(caplog, "millimetres")) == count
+
+
 @pytest.mark.parametrize(
     "place", [(0.4, 0.0, 0.3), np.array([0.4, 0.0, 0.3]), (0.4, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0)]
 )

@@ -157,6 +157,34 @@ def test_the_search_finds_pages_in_a_browser_without_a_network(site, opened):  #
     assert len(asked) > 5 and not [one for one in asked if not one.startswith(("file:", "data:", "about:"))]
 
 
+SOUGHT = {
+    "pandas": "command-line", "how it works": "how-it-works", "bandwidth": "connect-your-robot",
+    "protective stop": "troubleshooting", "joystick": "teleoperation", "jerk": "teleoperation",
+    "UR": "connect-your-robot", "obstacle": "how-to/obstacle", "wheel": "how-to/several-tasks",
+    "ROS": "how-to/controller",
+}  # fmt: skip
+"""What newcomers look for, and the page that answers it."""
+
+
+@pytest.mark.slow
+def test_what_newcomers_look_for_is_among_the_first_five_pages_that_the_search_finds(site, opened):  # noqa: F811
+    first = {}
+    for words in SOUGHT:
+        tab = opened((site / "index.html").as_uri(), offline=True)
+        tab.fill("input[name=query]", words)
+        found = tab.locator(".md-search-result__link")
+        found.first.wait_for()
+        pages = [(one.get_attribute("href") or "").partition(".html")[0] for one in found.all()]
+        first[words] = list(dict.fromkeys(pages))[:5]
+        tab.close()
+    missing = {
+        words: first[words]
+        for words, page in SOUGHT.items()
+        if not any(one.endswith(page) for one in first[words])
+    }
+    assert not missing
+
+
 PICTURES = ROOT / "docs" / "gallery"
 
 

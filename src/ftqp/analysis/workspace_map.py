@@ -1,4 +1,4 @@
-"""Where a task may begin: measures of a whole workspace for failures that nobody is told of."""
+"""Where a task may begin: measures of a whole workspace for failures that nobody reports."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass

@@ -45,7 +45,7 @@ def resolve_rates(
         damping: The rule of ``dls``; None is ``Damping()``.
         limits: Rate limits of ``dls``, one or (n,), > 0 [rad/s or m/s]. Larger ones damp later.
         characteristic_length: The first three rows are divided by it, > 0 [m]. A larger one makes linear
-            motion count less beside rotation. None uses the rows as they are.
+            motion count less next to rotation. None uses the rows as they are.
         weights: Weights of the joints, (n,), > 0, for ``pinv`` only. The larger a weight, the less its joint
             moves.
 

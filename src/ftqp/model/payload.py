@@ -22,7 +22,7 @@ STOUTEST = HEAVIEST * FARTHEST**2
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Payload:
-    """A load at the tip, for ``robot.with_payload`` and ``planner.carry``.
+    """A load at the end effector, for ``robot.with_payload`` and ``planner.carry``.
 
     Attributes:
         mass: The mass, > 0 and at most 1e6 [kg]. A heavier load leaves less torque to accelerate and brake

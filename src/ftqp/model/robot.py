@@ -66,7 +66,7 @@ class Robot:
         neutral: A regular configuration well inside the limits, (nv,) [rad or m].
         default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
         length: The characteristic length, > 0 [m], by default a sixth of the reach. A larger one makes
-            rotation count more beside position wherever a norm mixes them.
+            rotation count more next to position wherever a norm mixes them.
         findings: What the audit had to say; an unsafe robot is refused.
         shapes: The bodies as they were read or given; ``capsules`` is what is made of them.
     """
@@ -113,7 +113,7 @@ class Robot:
                   it, else the best of 300 postures round the middle, the same every time.
                 - ``default_rows``: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
                 - ``length``: The characteristic length, > 0 [m]. A larger one makes rotation count more
-                  beside position. None takes a sixth of the reach.
+                  next to position. None takes a sixth of the reach.
                 - ``q_locked``: Positions of held joints by name [rad or m]; a joint without an entry is held
                   at neutral.
                 - ``name``: The robot's name; None takes the model's.
@@ -183,13 +183,13 @@ class Robot:
     ) -> Self:
         """A robot from a MuJoCo model file, as MuJoCo compiles it; the tip is a site, body or named frame.
 
-        Positions are those of MuJoCo's ``qpos`` and poses those in its world. The arm is what moves the tip;
-        the rest of a scene stands where the file has it, a free base too. What moves the arm beside the
-        motors of its joints is a finding with the element's name, for ftqp knows nothing of it: ``gravcomp``,
-        springs, tendons, loops, actuators at sites, a medium with a density, a range that is switched off.
-        Of a body with an ``inertial`` no mesh is read. Keyframes of the whole scene are postures of the arm.
-        An equality of joints that is not linear, and a ball joint on the way to the tip, are refused; hold
-        such a joint by ``locked``.
+        Positions are those of MuJoCo's ``qpos`` and poses those in its world. The arm is what moves the end
+        effector; the rest of a scene stands where the file has it, a free base too. What moves the arm in
+        addition to the motors of its joints is a finding with the element's name, for ftqp knows nothing of
+        it: ``gravcomp``, springs, tendons, loops, actuators at sites, a medium with a density, a range that
+        is switched off. Of a body with an ``inertial`` no mesh is read. Keyframes of the whole scene are
+        postures of the arm. An equality of joints that is not linear, and a ball joint on the way to the end
+        effector, are refused; hold such a joint by ``locked``.
 
         MJCF has no limits of velocity or acceleration: give ``limits={"v_max": ...}``. Those of torque are
         the ``actuatorfrcrange`` of a joint, or what its actuators give together, whatever is less: their
@@ -285,7 +285,7 @@ class Robot:
 
     @property
     def is_serial(self) -> bool:
-        """Whether each joint hangs on the one before it, and the tip on the last."""
+        """Whether each joint hangs on the one before it, and the end effector on the last."""
         return self.chain.is_serial
 
     @property
@@ -351,11 +351,11 @@ class Robot:
         return configuration_of(self.model, self.continuous, self.angles(q))
 
     def pose(self, q: Any, frame: str | None = None) -> FloatArray:
-        """Pose T_WE of the tip, or of another frame, (4, 4) [m].
+        """Pose T_WE of the end effector, or of another frame, (4, 4) [m].
 
         Args:
             q: The configuration, (nv,) or (nq,) [rad or m].
-            frame: The name of any frame of the model; None is the tip.
+            frame: The name of any frame of the model; None is ``tip``.
 
         Raises:
             InputError: There is no such frame.
@@ -366,7 +366,7 @@ class Robot:
         return np.array(data.oMf[number].homogeneous)
 
     def jacobian(self, q: Any, frame: str | None = None) -> FloatArray:
-        """J of the tip, v_tip = J v, or of another frame, (6, nv): rows x, y, z, rx, ry, rz, the base's axes.
+        """J of the end effector or another frame, (6, nv): rows x, y, z, rx, ry, rz along the base's axes.
 
         The angular rows are in rad: unlike the planner's rows they are not multiplied by ``length``. A joint
         that does not move the frame has a column of zeros, and one that follows another has its own added to
@@ -374,7 +374,7 @@ class Robot:
 
         Args:
             q: The configuration, (nv,) or (nq,) [rad or m].
-            frame: The name of any frame of the model; None is the tip.
+            frame: The name of any frame of the model; None is ``tip``.
 
         Raises:
             InputError: There is no such frame.
@@ -489,7 +489,7 @@ class Robot:
         return _MADE[self]
 
     def allowed_pairs(self, srdf: Any) -> tuple[tuple[str, str], ...]:
-        """The pairs of bodies that an SRDF, MoveIt's file beside a URDF, lets touch.
+        """The pairs of bodies that an SRDF, MoveIt's file next to a URDF, lets touch.
 
         Capsules belong to the link that is their frame, or that they are called after. The pairs are for
         ``ftqp.Clearance(ignore=...)``; those of links without capsules are left out.
@@ -629,7 +629,7 @@ class Robot:
         return self._remade(model, said=rotor_findings(self.joints, model.armature))
 
     def with_payload(self, payload: Payload) -> Self:
-        """This robot with a load at its tip, the first of several, beside any that it carries already.
+        """This robot with one more load at its end effector, the first of several.
 
         Args:
             payload: The load, in the frame of the tip.
@@ -765,10 +765,10 @@ class Robot:
 
         Six joints come before its own, ``float_x`` to ``float_z`` along the axes of space and ``float_yaw``,
         ``float_pitch``, ``float_roll`` about z, y and x; no motor moves them. A planner moves the others so
-        that linear and angular momentum stay 0 and the tip follows its target in space: at the acceleration
-        level by M_b a + h_b = 0, at the velocity level by M_b v = 0, the rows of M that belong to the base.
-        The whole is at rest at a reset. The pitch is kept within 1.4 rad, for yaw and roll are one at a right
-        angle.
+        that linear and angular momentum stay 0 and the end effector follows its target in space: at the
+        acceleration level by M_b a + h_b = 0, at the velocity level by M_b v = 0, the rows of M that belong
+        to the base. The whole is at rest at a reset. The pitch is kept within 1.4 rad, for yaw and roll are
+        one at a right angle.
 
         Args:
             inertial: The mass of the body, in its frame.

@@ -76,7 +76,7 @@ def build(
             "--set planner.task.mode=scaled, or leave --with path out"
         )
     say(f"compiling the planner of {name} for {target}; the first time takes minutes, later ones seconds")
-    with progress(f"{name} for {target}", 1.0), tempfile.TemporaryDirectory() as aside:
+    with progress(f"{name} for {target}", 1.0) as advance, tempfile.TemporaryDirectory() as aside:
         wanted = Wanted(
             planner=planner, name=name, target=target, cpu=cpu, embed=embed,
             folder=Path(aside) / "library" if folder is None else folder, small=small,
@@ -84,11 +84,11 @@ def build(
         )  # fmt: skip
         try:
             if page is None:
-                bill = build_folder(wanted)
+                bill = build_folder(wanted, advance)
             else:
                 from ftqp.app.deployment.built_folder import write_page
 
-                bill = write_page(wanted, q, path, page)
+                bill = write_page(wanted, q, path, page, advance)
         except OSError as error:
             raise InputError(
                 f"{page or folder} cannot be made: {error.strerror or error}; give a place that is writable "

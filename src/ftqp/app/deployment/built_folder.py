@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -31,6 +32,8 @@ NO_PATH: Final = "a path (ftqp_follow, ftqp_speed): targets are given by the pro
 NO_GOALS: Final = "ways to a goal and ways out (ftqp.GoTo): the program says where the end effector should be"
 NO_ESCAPE: Final = "ways out of a stall and bridges on the path: a path that cannot go on waits"
 MAKER: Final = "ftqp.kernel.building.deployed"
+UNITS: Final = 130
+"""So many units a library has at least; compiling those that are known finds the others."""
 
 
 class CannotBuild(FtqpError):
@@ -57,8 +60,8 @@ class Wanted:
         return small_capacity(self.planner.robot.nv) if self.small else JOINTS
 
 
-def build_folder(wanted: Wanted) -> dict[str, Any]:
-    """Write the folder: the facts of its bill."""
+def build_folder(wanted: Wanted, progress: Callable[[float], None] = lambda share: None) -> dict[str, Any]:
+    """Write the folder: the facts of its bill. ``progress`` hears which share of the work is done."""
     folder = wanted.folder
     if folder.exists():
         raise InputError(f"folder {folder} is there already; give a new one with -o")
@@ -76,7 +79,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
         (made / "include").mkdir(parents=True)
         for name in ("ftqp.h", "ftqp.hpp"):
             shutil.copy(TEXTS / name, made / "include" / name)
-        library = _library(wanted, made)
+        library = _library(wanted, made, progress)
         header = arm_header(
             wanted.planner,
             wanted.name,
@@ -104,7 +107,7 @@ def build_folder(wanted: Wanted) -> dict[str, Any]:
     return bill
 
 
-def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
+def _library(wanted: Wanted, made: Path, progress: Callable[[float], None]) -> dict[str, Any]:
     """Compile and link it in a process of its own: what that says of it."""
     if not (KERNEL / "building" / "deployed.py").is_file():
         raise CannotBuild(
@@ -120,13 +123,26 @@ def _library(wanted: Wanted, made: Path) -> dict[str, Any]:
         ]  # fmt: skip
         path = os.pathsep.join(filter(None, [str(KERNEL.parents[1]), os.environ.get("PYTHONPATH", "")]))
         env = {**os.environ, "PYTHONPATH": path}
-        done = subprocess.run(command, capture_output=True, text=True, check=False, env=env)
-    if done.returncode:
-        said = done.stderr.strip() or "it ended without a word"
+        with tempfile.TemporaryFile("w+", encoding="utf-8") as errors:
+            last = "{}"
+            with subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=errors, text=True, env=env
+            ) as maker:
+                try:
+                    for last in maker.stdout or ():
+                        facts = json.loads(last)
+                        if "known" in facts:
+                            progress(facts["compiled"] / max(facts["known"], UNITS))
+                except BaseException:
+                    maker.kill()
+                    raise
+            errors.seek(0)
+            said = errors.read().strip() or "it ended without a word"
+    if maker.returncode:
         said = said.splitlines()[-1] if said.startswith("Traceback") else said
         raise CannotBuild(f"the library for {wanted.target} is not built: {said}")
-    facts: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return facts
+    made_of: dict[str, Any] = json.loads(last)
+    return made_of
 
 
 def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], made: Path) -> dict[str, Any]:
@@ -149,14 +165,20 @@ def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], ma
     }  # fmt: skip
 
 
-def write_page(wanted: Wanted, q: FloatArray, path: Way | None, page: Path) -> dict[str, Any]:
+def write_page(
+    wanted: Wanted,
+    q: FloatArray,
+    path: Way | None,
+    page: Path,
+    progress: Callable[[float], None] = lambda share: None,
+) -> dict[str, Any]:
     """Build the library for browsers, write the page with it, and return the bill of the library."""
     if page.exists():
         raise InputError(f"file {page} is there already; give a new one with --page")
     if not page.absolute().parent.is_dir():
         raise InputError(f"folder {page.absolute().parent} is missing, in which {page.name} would be made")
     with tempfile.TemporaryDirectory(prefix=f".{page.name}.", dir=page.absolute().parent) as part:
-        bill = build_folder(wanted)
+        bill = build_folder(wanted, progress)
         played = Played(
             title=wanted.name,
             planner=wanted.planner,

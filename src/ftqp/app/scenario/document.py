@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ftqp.core.errors import ScenarioError
+from ftqp.model import catalog
 
 MAX_BYTES = 1_000_000
 """Largest scenario file that is read; a real one has a few thousand bytes."""
@@ -84,6 +85,9 @@ def _not_found(path: Path, kind: str) -> str:
     near = get_close_matches(str(path.with_suffix("")), names, n=1, cutoff=0.4) if named else []
     near = near or get_close_matches(str(path), beside, n=1, cutoff=0.6)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
+    if named and kind == "scenario" and str(path) in catalog.names():
+        with_it = [name for name in names if name.startswith(str(path))]
+        return f"{path} is a robot, and expected is a scenario, like {', '.join(with_it) or names[0]}"
     listed = f"; bundled are {', '.join(names)}" if named else ""
     return f"{path} is neither a file nor a bundled {kind}{hint}{listed}"
 

@@ -202,7 +202,7 @@ class Drive:
 
         Raises:
             InputError: It has a bandwidth of each joint, and there are more or fewer; or what is known was
-                learned of another arm.
+                estimated of another arm.
         """
         if isinstance(self.known, LearnedServos):
             self.known.refuse_others(tuple(joints))
@@ -219,7 +219,7 @@ class Drive:
 
     @property
     def learns(self) -> bool:
-        """Whether what the model lacks is learned, and how late samples come."""
+        """Whether what the model lacks is estimated, and how late samples come."""
         return self.kind == "torque" and self.doubt > 0.0
 
     def ticks(self, dt: float) -> int:
@@ -297,7 +297,7 @@ class Drive:
         return np.reshape(np.array(rows), (most + 1, len(PACES)))
 
     def learning(self, dt: float, noise: Noise) -> dict[str, float]:
-        """How the arm is learned, by the names of the record's room ``learned``.
+        """How the arm is estimated, by the names of the record's room ``learned``.
 
         Args:
             dt: The sampling period [s].

@@ -59,15 +59,15 @@ class GoTo:
     """Moves an arm to a pose of its end effector or to a posture of all joints, where it rests.
 
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
-    straight motion of the tip; both with limited jerk, and both within every limit of the planner. Beside a
-    scene, or what is kept, both are one timed motion of the joints that is proven free before it begins. When
-    a joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
-    others go to their places, or the tip as near as it gets. Where the joints cannot follow the straight way
-    to a pose, or come no nearer on it, postures of the goal are looked for, a little in every tick, while the
-    arm comes to rest, and the joints go to one to which there is a way. A
-    goal that is not reached is told as ``UNREACHABLE`` together with the distance and with what was looked
-    for, once the arm rests. An arm that swings beside a pose goes back to where it was nearest and its motors
-    can hold it, and rests there; else the planner stops it.
+    straight motion of the end effector; both with limited jerk, and both within every limit of the planner.
+    Beside a scene, or what is kept, both are one timed motion of the joints that is proven free before it
+    begins. When a joint fails, the way is planned anew at the same tick from the position and velocity of the
+    command: the others go to their places, or the end effector as near as it gets. Where the joints cannot
+    follow the straight way to a pose, or come no nearer on it, postures of the goal are looked for, a little
+    in every tick, while the arm comes to rest, and the joints go to one to which there is a way. A goal that
+    is not reached is reported as ``UNREACHABLE`` together with the distance and with what was looked for, once
+    the arm rests. An arm that oscillates next to a pose goes back to where it was nearest and its motors can
+    hold it, and rests there; else the planner stops it.
 
     Args:
         planner: The planner that it commands; with any scheme, task and backend.
@@ -219,8 +219,8 @@ class GoTo:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q.
             target: What the others do meanwhile on the way to a pose: a table of targets by task, or the
-                tip's target where another task is led. None leaves them as they are, and a tip that is not
-                led where it was.
+                end effector's target where another task is led. None leaves them as they are, and an end
+                effector that is not led where it was.
             tau: The measured torque, (nv,) [N m or N], or None.
             tip: The measured pose of the end effector, (4, 4), or None to take that of the model.
 
@@ -276,7 +276,7 @@ class GoTo:
 
     @property
     def rotation_error(self) -> float:
-        """Angle of the commanded tip, or frame, from its goal [rad]."""
+        """Angle of the commanded end effector, or frame, from its goal [rad]."""
         return self._errors_at(self._view.command.q)[1]
 
     @property

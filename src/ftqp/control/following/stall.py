@@ -32,7 +32,7 @@ class StallEscape:
             A shorter one gives the verdict sooner and gives up paths that would have gone on slowly.
         standing: The same for a path that does not go on at all, its mean rate below 1 %, and past whose
             singularity no self-motion leads, > 0 [s]. A longer one gives the patterns more time. It needs
-            ``Task(calm=True)``: without calm the arm swings instead of standing.
+            ``Task(calm=True)``: without it the arm oscillates instead of standing.
         speed: Speed of the pattern, > 0 [rad/s]; a prismatic joint gets it times the characteristic length
             [m/s]. A larger one leaves the trap sooner with more motion of the joints.
         patterns: Names among ``alternating``, ``single`` and ``random``, each tried for its share of

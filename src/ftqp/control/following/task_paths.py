@@ -118,7 +118,8 @@ class TaskPaths:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s], or None.
             target: What tasks without a path are to do: a table of targets, or the end effector's target
-                where it has no path; None lets them keep their last. A tip that never had one is an error.
+                where it has no path; None lets them keep their last. An end effector that never had one is an
+                error.
             tau: The measured torque, (nv,) [N m or N], or None.
             tip: The measured pose of the end effector, (4, 4), or None to take that of the model.
         """

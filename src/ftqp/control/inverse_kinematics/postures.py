@@ -114,7 +114,7 @@ def postures(
     Raises:
         InputError: A goal that does not fit the rows, an unknown joint or row, a joint that swings freely, a
             locked joint without ``near``, a number out of its range, a joint that mimics another, a base that
-            floats, or ``clear_of`` beside branches.
+            floats, or ``clear_of`` with branches.
 
     Example:
         >>> import ftqp

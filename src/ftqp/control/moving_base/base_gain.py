@@ -77,8 +77,8 @@ class Observer:
     Args:
         lowpass: The factor a in (0, 1], without unit. Smaller filters more noise and follows the base later;
             1 takes the last sample as it is. None: 1.
-        noise: Standard deviation of the measured tip position along each axis, > 0 [m]. A larger one filters
-            more.
+        noise: Standard deviation of the measured position of the end effector along each axis, > 0 [m]. A
+            larger one filters more.
         acceleration: Acceleration of the end effector by the base that is to be followed, rms of each axis, >
             0 [m/s2]. A larger one filters less.
         frozen: Whether dv is kept as it is after a step that limits have cut. It is off by default: the

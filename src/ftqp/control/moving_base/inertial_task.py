@@ -241,8 +241,8 @@ class InertialTask:
             target: Where the end effector should be, in the inertial frame I.
             tip: The measured pose of the end effector in I, (4, 4), or its position, (3,), for a task without
                 rotation rows; NaN and None count as not seen.
-            base: The measured pose of the base in I, (4, 4); beside a tip only its attitude counts, with
-                ``measured``.
+            base: The measured pose of the base in I, (4, 4); next to a target in the base only its attitude
+                counts, with ``measured``.
             base_twist: The twist of the base at its origin along I, (6,) [m/s, rad/s]: the mean over the
                 sample that begins now, or with ``late`` over the one that began ``delay`` ago.
 

@@ -48,6 +48,9 @@ class MountedRobot:
 
     def carrying(self, payload: Payload | None) -> "MountedRobot":
         """The robot with another load."""
+        of = "the centre of mass of the load is {} m from the end effector,"
+        if payload is not None and (said := in_millimetres(self.bare, payload.com, of)):
+            _LOG.warning("%s: %s", self.bare.name, said)
         return MountedRobot(self.bare, payload, self.place)
 
     def holding(self, T: Any) -> "MountedRobot":

@@ -107,7 +107,8 @@ class StartWatch:
         """Warn of a start that is not what it seems; the warning of the start before is not repeated."""
         found = _sentences(robot, self._K, q)
         if self._around is not None:
-            found += _within({names: d[0] for names, d in self._around.distances(q[None]).items()})
+            distances = {names: d[0] for names, d in self._around.distances(q[None]).items()}
+            found += [*_within(distances), *_far_away(robot, distances)]
         sentence = "; ".join(found)
         if sentence and sentence != self._said:
             _LOG.warning("%s: %s", robot.name, sentence)
@@ -165,6 +166,15 @@ def _within(distances: Mapping[tuple[str, str], Any]) -> list[str]:
         f"the arm starts within what it is to keep clear of: {said}; start elsewhere, or correct where they "
         "stand, in m"
     ]
+
+
+def _far_away(robot: Robot, distances: Mapping[tuple[str, str], Any]) -> list[str]:
+    """That a body is so far from the arm that it must be in millimetres, the farthest."""
+    if not distances:
+        return []
+    pair, away = max(distances.items(), key=lambda one: float(one[1]))
+    said = in_millimetres(robot, np.array([float(away)]), f"{pair[1]} is {{}} m from {pair[0]}")
+    return [said] if said else []
 
 
 def path_in_millimetres(robot: Robot, path: Path) -> str:

@@ -174,7 +174,8 @@ class Step:
         q: The joint positions to be sent, for the end of the step, (nv,) [rad or m].
         v: The joint velocities to be sent, (nv,) [rad/s or m/s]; exactly 0.0 for a locked joint.
         a: The joint accelerations of the command, (nv,) [rad/s2 or m/s2]; exactly 0.0 for a locked joint.
-        task_error: From the measured tip to the target, along W, (6,): position [m], rotation vector [rad].
+        task_error: From the measured end effector to the target, along W, (6,): position [m], rotation vector
+            [rad].
 
     All arrays are views that cannot be written; ``step.q.copy()`` can.
     """

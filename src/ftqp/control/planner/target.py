@@ -36,7 +36,8 @@ class Target:
     counts as not renewed.
 
     Args:
-        pose: (4, 4) homogeneous transform, or anything with ``.homogeneous``; tip in the base frame W.
+        pose: (4, 4) homogeneous transform, or anything with ``.homogeneous``; of the end effector in the base
+            frame W.
         position: (3,) [m], instead of a pose, for tasks without rotation rows.
         twist: (6,) linear [m/s] then angular [rad/s] along W; (3,) with a position; None is zero.
         acceleration: as the twist, [m/s2], [rad/s2].

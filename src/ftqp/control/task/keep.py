@@ -182,8 +182,8 @@ class TorqueLimits:
     """No joint needs more torque than its ``tau_max``: |M a + h| <= tau_max.
 
     This is what ``ftqp.Planner(torque_limits=True)`` asks for, as an entry of ``constraints``. Every planner
-    of an arm with masses and torque limits has them unless ``torque_limits=False``; who lists them is told
-    where they could have no effect.
+    of an arm with masses and torque limits has them unless ``torque_limits=False``; who lists them gets a
+    warning where they could have no effect.
     """
 
     @property

@@ -70,11 +70,11 @@ class Task:
         kv: Gain on the error of the twist, >= 0 [1/s], at the acceleration level only. A larger one damps
             more; kv dt must stay below 2. None is 2 sqrt(kp), critical damping.
         length: The characteristic length that angular rows are multiplied by, > 0 [m]. A larger one makes
-            rotation count more beside position. None takes the robot's, a sixth of its reach.
+            rotation count more next to position. None takes the robot's, a sixth of its reach.
         axis: The tool axis in the tip frame, (3,), for ``position_axis``; its length does not matter.
         slack: How soft the task is, 1e-12 to 1, without unit, relative to the QP's own magnitude, for
             ``slack``. A larger one gives up more of the task near limits and singularities.
-        priority: What rotation counts beside position: as much with ``weighted``, and ``position_first``
+        priority: What rotation counts next to position: as much with ``weighted``, and ``position_first``
             leaves to it what position does not need.
         damping: How the task gives way along singular directions, see ``DirectionalDamping``; None never
             does. It goes neither with ``scaled``, whose path waits at a singularity instead, nor with
@@ -88,8 +88,9 @@ class Task:
             effector is drawn to what is given up, and it is taken back as soon as it can be held; the status
             is RELAXED meanwhile. None allows all that are part of ``rows`` while a joint swings freely, and
             gives up none otherwise; ``()`` gives up none at all. It takes the kernel's own solver.
-        tolerance: The largest error of the measured tip's position that still counts as following the task,
-            > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther behind.
+        tolerance: The largest error of the measured end effector's position that still counts as following
+            the task, > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther
+            behind.
         rotation_tolerance: The same of its rotation, > 0 [rad].
 
     Raises:

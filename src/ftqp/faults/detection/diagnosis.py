@@ -64,7 +64,7 @@ class JointDiagnosis:
 
     @property
     def z(self) -> float:
-        """Its largest residual beside the largest healthy one; above 1 it is suspicious."""
+        """Its largest residual compared with the largest healthy one; above 1 it is suspicious."""
         return float(self._K.monitor.G[self._i] / self._K.monitor.level)
 
     @property
@@ -140,7 +140,7 @@ class Diagnosis:
 
     @property
     def suspicion(self) -> float:
-        """z: the largest residual of any joint beside the largest healthy one; above 1 it is suspicious."""
+        """z: the largest residual over the largest healthy one; above 1 the joint is suspicious."""
         return float(self._K.monitor.worst)
 
     @property
@@ -156,7 +156,7 @@ class Diagnosis:
 
     @property
     def touched(self) -> bool:
-        """Whether a force at the tip explains what is unusual, and no joint does: something pushes it."""
+        """Whether a force at the end effector, and no joint, explains what is unusual: it is pushed."""
         return int(self._K.feedback.touched) >= TOUCHES
 
     @property

@@ -2,8 +2,8 @@
 
 The units are those of the library that Python loads, by the same emitter, and for the processor of this
 machine the same object files; beside them lie a few entry points that C calls, and the C interface itself. It
-prints what it made as one JSON object. ``ftqp build`` runs it in a process of its own, because formulas are
-written for numba there.
+prints how many units it has compiled and, last, what it made, each as a JSON object in a line. ``ftqp build``
+runs it in a process of its own, because formulas are written for numba there.
 """
 
 import argparse
@@ -88,6 +88,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _say_progress(compiled: int, known: int) -> None:
+    """A line for who runs this."""
+    sys.stdout.write(json.dumps({"compiled": compiled, "known": known}) + "\n")
+    sys.stdout.flush()
+
+
 def _told(reason: str) -> int:
     sys.stderr.write(f"{reason}\n")
     return 1
@@ -114,7 +120,7 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     store = Store(store_folder())
     with store.alone():
         entries = DEPLOYED + (FOLLOWING if given.path else ())
-        keys, count = compiled(entries, processor, store, given.jobs, given.joints)
+        keys, count = compiled(entries, processor, store, given.jobs, given.joints, _say_progress)
     given.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         objects = [str(store.object_file(key)) for key in keys.values()]

@@ -233,9 +233,13 @@ def _work(unit: Unit, key: str, target: Target, store: Store) -> list[Part]:
 
 
 def compiled(
-    wanted: Sequence[EntryPoint], target: Target, store: Store, jobs: int, joints: int = JOINTS
-) -> tuple[dict[Unit, str], int]:
-    """Keys of all units that the wanted entry points need, every one compiled, and how many were just now."""
+    wanted: Sequence[EntryPoint], target: Target, store: Store, jobs: int, joints: int = JOINTS,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[dict[Unit, str], int]:  # fmt: skip
+    """Keys of all units that the wanted entry points need, every one compiled, and how many were just now.
+
+    ``progress`` hears how many are there and how many are known so far; each names further ones.
+    """
     be_quicker()
     keys: dict[Unit, str] = {}
     running: dict[Future[list[Part]], Unit] = {}
@@ -257,6 +261,8 @@ def compiled(
                     future.set_result(_work(unit, key, target, store) if parts is None else parts)
                 running[future] = unit
             done, _ = wait(running, return_when=FIRST_COMPLETED)
+            if progress is not None:
+                progress(len(keys) - len(running) + len(done), len(keys))
             todo = []
             for future in done:
                 unit = running.pop(future)

@@ -83,7 +83,7 @@ def torques(robot: Robot, pieces: Pieces) -> FloatArray:
 
 
 def _loads(robot: Robot, pieces: Pieces, _: FloatArray) -> FloatArray:
-    """Mass, first moments (3) and moments of inertia (6) of a body at the tip, about and along its axes."""
+    """Mass, first moments (3) and moments of inertia (6) of a body at the end effector, along its axes."""
     model, data = robot.model, robot.model.createData()
     frame = model.frames[frame_id(model, robot.tip)]
     body, to_joint = frame.parentJoint - 1, _to_joint(frame.placement)
@@ -187,7 +187,7 @@ class FittedArm:
         gains: Torque that the log says by what the motor gave, less 1, (nv,).
         offsets: True position less that of the log, (nv,) [rad or m].
         load: Mass [kg], first moments [kg m] (3) and moments of inertia [kg m2] (6: xx, xy, yy, xz, yz, zz)
-            at the tip, about and along its axes, (10,).
+            at the end effector, about and along its axes, (10,).
         errors: Standard errors of all of these, by name.
         untold: What the motion does not show, by name, one flag each.
         left: What remains unexplained of each joint's torque, root mean square, (nv,) [N m or N].

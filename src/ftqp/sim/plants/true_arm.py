@@ -69,7 +69,7 @@ class TrueArm:
             non_negative("end_stops", self.end_stops, "rad")
 
     def chain(self, robot: Robot) -> Chain:
-        """The robot's chain with the true masses and rotors and the load at its tip.
+        """The robot's chain with the true masses and rotors and the load at its end effector.
 
         Args:
             robot: the arm as the planner knows it.

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,11 @@ from ftqp.viz.figures.events import look
 INSTANTS = 6
 """So often the arm is drawn."""
 FEW = 3
-"""Up to so many curves are explained within their panel, more beside it."""
+"""Up to so many curves are explained within the first panel that has them, more below the last one."""
+WIDTH, ARM, PANEL, ALONE = 5.6, 3.0, 2.1, 3.0
+"""Width, and heights of the arm, of a panel and of one alone [inches]: letters can be read on a phone."""
+LETTERS = 46
+"""So many of a title stand in a line."""
 BARS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 """Lengths of the bar that says how large the arm is [m]."""
 OBLIQUE = np.array([[0.5, 0.87, 0.0], [-0.3, 0.17, 0.94]])
@@ -51,19 +56,29 @@ def draw_loop(
     Raises:
         InputError: The file cannot be written.
     """
-    figure = paper(10.0 if arm else 6.5, 2.4 + 1.7 * len(panels), title)
-    if arm is None:
-        beside: Any = figure
-    else:
-        parts: Any = figure.subfigures(1, 2, width_ratios=[4.2, 5.8])
-        before, beside = parts
-        _draw_arm(before, *arm, np.zeros((0, 2, 3)) if edges is None else np.asarray(edges))
-    axes = np.atleast_1d(beside.subplots(len(panels), 1, sharex=True))
+    many = max(map(len, panels.values())) > FEW
+    height = 0.6 + (ALONE if len(panels) == 1 else PANEL * len(panels)) + (0.5 if many else 0.0)
+    figure = paper(WIDTH, height + (0.0 if arm is None else ARM), fill(title, LETTERS))
+    below: Any = figure
+    if arm is not None:
+        parts: Any = figure.subfigures(2, 1, height_ratios=[ARM, height])
+        above, below = parts
+        _draw_arm(above, *arm, np.zeros((0, 2, 3)) if edges is None else np.asarray(edges))
+    axes = np.atleast_1d(below.subplots(len(panels), 1, sharex=True))
+    named = dict[str, Any]()
     for panel, (label, lines) in zip(axes, panels.items(), strict=True):
         _draw_curves(panel, lines, fault, styles)
         tidy(panel, x_label if panel is axes[-1] else "", label)
         if label in logarithmic:
             panel.set_yscale("log")
+        handles, names = panel.get_legend_handles_labels()
+        new = {name: handle for name, handle in zip(names, handles, strict=True) if name not in named}
+        if len(lines) > FEW:
+            place = {"loc": "outside lower center", "ncols": 4}
+            below.legend(handles, names, frameon=False, fontsize=9, **place)
+        elif len(names) > 1 and new:
+            named |= new
+            panel.legend(new.values(), new.keys(), frameon=False, fontsize=9)
     return save(figure, path)
 
 
@@ -73,7 +88,7 @@ def _draw_curves(
     fault: tuple[float, str] | None,
     styles: Mapping[str, str] | None,
 ) -> None:
-    """Curves, of a few the first ones wider so that later ones do not hide them, and what they are."""
+    """Curves, of a few the first ones wider so that later ones do not hide them."""
     few = len(lines) <= FEW
     families = list(dict.fromkeys(_family(name) for name in lines))
     for index, (name, (x, y)) in enumerate(lines.items()):
@@ -84,10 +99,6 @@ def _draw_curves(
         panel.plot(x, y, color=colour, linestyle=style, linewidth=width, label=name)
     if fault is not None:
         panel.axvline(fault[0], color=RED, linewidth=1.2, linestyle="--", label=fault[1])
-    if few and (fault is not None or len(lines) > 1):
-        panel.legend(frameon=False, fontsize=9)
-    elif not few:
-        panel.legend(frameon=False, fontsize=8.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
 def _family(name: str) -> str:
@@ -123,10 +134,10 @@ def _draw_arm(figure: Figure, robot: Robot, q: Any, edges: Any) -> None:
 
 
 def _draw_scale(panel: Axes) -> None:
-    """A bar of 0.1 m, 0.2 m, 0.5 m or 1 m, about a fifth as long as the picture is wide."""
+    """A bar of 0.1 m, 0.2 m, 0.5 m or 1 m below the arm, at most a third as long as that is wide."""
     (left, right), (bottom, top) = panel.get_xlim(), panel.get_ylim()
     length = max((one for one in BARS if one <= 0.3 * (right - left)), default=BARS[0])
-    height = bottom + 0.02 * (top - bottom)
+    height = bottom - 0.12 * (top - bottom)
     start = right - 0.05 * (right - left) - length
     panel.plot([start, start + length], [height, height], color="black", linewidth=2.0)
     panel.annotate(

@@ -19,8 +19,8 @@ GAP = 2.5
 """A frame so much later than the last one begins anew [s]."""
 LEAST_ERROR, LEAST_TIME = 1e-3, 1.0
 """Errors [mm] and step times [us] below these are drawn there, on logarithmic axes."""
-LINES = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#17becf", "#bcbd22")
-"""Colours of the joints' lines, used again after the last one."""
+LINES = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd", "#8c564b", "#e377c2", "#17becf", "#bcbd22", "#7f7f7f")
+"""Colours of the joints' lines, used again after the last one; red is a limit's."""
 LIMIT = "#d62728"
 HEIGHT = 140
 """Height of a plot [px]."""
