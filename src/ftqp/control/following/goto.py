@@ -65,8 +65,8 @@ class GoTo:
     command: the others go to their places, or the end effector as near as it gets. Where the joints cannot
     follow the straight way to a pose, or come no nearer on it, postures of the goal are looked for, a little
     in every tick, while the arm comes to rest, and the joints go to one to which there is a way. A goal that
-    is not reached is reported as ``UNREACHABLE`` together with the distance and with what was looked for, once
-    the arm rests. An arm that oscillates next to a pose goes back to where it was nearest and its motors can
+    is not reached is reported as ``UNREACHABLE`` together with the distance and with what was looked for,
+    once the arm rests. An arm that oscillates next to a pose goes back to where it was nearest and its motors can
     hold it, and rests there; else the planner stops it.
 
     Args:
