@@ -103,7 +103,7 @@ def no_arm_repeats_so(K: Any) -> bool:
     for i in range(K.chain.n):
         chance = (feedback.increment[i] + LEAST) / max(K.held.sigma[i], LEAST)
         chance = min(max(chance, RAREST), 1.0)
-        for _ in range(feedback.same[i] + 1):
+        for _ in range(int(feedback.same[i]) + 1):
             chances *= chance
             if chances < enough:
                 return True
