@@ -346,7 +346,7 @@ def residual(K: Any, i: int) -> None:
     if M.fades > 0.0:
         spread += _stuck(M, i) * friction
     elif phi[FRICTION] == 0.0:  # of a joint that went one way only the sum with its droop is known
-        spread += friction + 2.0 * abs(M.P[i, FRICTION, DROOP])
+        spread += friction + (0.0 if by_torque else 2.0 * abs(M.P[i, FRICTION, DROOP]))
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
@@ -400,7 +400,7 @@ def learn_servo(K: Any, i: int) -> None:
         for c in range(SERVO):
             gain[r] += P[r, c] * phi[c]
     stuck = phi[FRICTION] == 0.0  # what holds a joint is no measure of its friction
-    if stuck and M.fades == 0.0:
+    if stuck and K.feedback.kind == POSITION_DRIVE:
         share *= _told_by_standing(M, i)
     for r in range(SERVO):
         if not (stuck and r == FRICTION):
