@@ -302,6 +302,25 @@ def _motion_beside(K: Any, i: int) -> float:
 
 
 @jit
+def _holds(M: Any, i: int) -> float:
+    """f^2 + var f of joint i, the variance of what friction may hold; an f below zero holds nothing."""
+    friction = max(M.theta[i, FRICTION], 0.0)
+    return float(friction * friction + M.P[i, FRICTION, FRICTION])
+
+
+@jit
+def _told_by_standing(M: Any, i: int) -> float:
+    """The share by which a look at joint i counts that friction may hold.
+
+    What holds it is the same in all looks, so together they tell no more than one does: until what is known
+    of its place is as uncertain as friction.
+    """
+    friction = _holds(M, i)
+    beyond = variance(M.P[i], M.phi, 0) - friction
+    return M.S[i] / (M.S[i] + friction * friction / beyond) if beyond > 0.0 else 0.0
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -310,12 +329,14 @@ def residual(K: Any, i: int) -> None:
     M = K.monitor
     phi, theta, v, a, slow = M.phi, M.theta[i], M.v[i], M.a[i], creep_of(K, i)
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v, slow), 1.0, M.weight[i], M.inertia[i]
+    by_torque = K.feedback.kind == TORQUE_DRIVE
     if M.fades > 0.0:
         _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
         v, a = phi[0], phi[1]
     elif min(abs(v), M.peak_v[i]) < slow:  # it may be held to either side
         phi[FRICTION] = 0.0
-    by_torque = K.feedback.kind == TORQUE_DRIVE
+    elif not by_torque:  # to the end: what faded as the joint slows down would be taken for a droop
+        phi[FRICTION] = 1.0 if v > 0.0 else -1.0
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
@@ -325,16 +346,15 @@ def residual(K: Any, i: int) -> None:
         spread = noise_of_torque(K, i) + OTHERWISE * OTHERWISE + A_RADIAN * A_RADIAN * miss * miss
     else:
         spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
-    friction = max(theta[FRICTION], 0.0)  # one below zero holds nothing
-    friction = friction * friction + M.P[i, FRICTION, FRICTION]
+    friction = _holds(M, i)
     if M.fades > 0.0:
         spread += _stuck(M, i) * friction
-    elif phi[FRICTION] == 0.0:
-        spread += friction
+    elif phi[FRICTION] == 0.0:  # of a joint that went one way only the sum with its droop is known
+        spread += friction + (0.0 if by_torque else 2.0 * abs(M.P[i, FRICTION, DROOP]))
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
-    if phi[FRICTION] != 0.0 and M.fades == 0.0:
+    if phi[FRICTION] != 0.0 and by_torque:
         phi[FRICTION] = direction(phi[0], slow)
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
@@ -384,6 +404,8 @@ def learn_servo(K: Any, i: int) -> None:
         for c in range(SERVO):
             gain[r] += P[r, c] * phi[c]
     stuck = phi[FRICTION] == 0.0  # what holds a joint is no measure of its friction
+    if stuck and K.feedback.kind == POSITION_DRIVE:
+        share *= _told_by_standing(M, i)
     for r in range(SERVO):
         if not (stuck and r == FRICTION):
             theta[r] += share * gain[r] * M.r[i]

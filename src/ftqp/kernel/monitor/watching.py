@@ -10,6 +10,7 @@ from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
 from ftqp.kernel.monitor.leading import aim
 from ftqp.kernel.monitor.servos import (
+    BEGINS,
     SLOW,
     begin_filters,
     feel_servos,
@@ -24,7 +25,8 @@ from ftqp.kernel.monitor.verdicts import arm_is_held, hold_arm, judge_joint, wor
 MOVED = 0.01
 """An arm that was never seen beside its commands and was so fast [rad/s or m/s] is ideal."""
 FORGETS = 3.0
-"""After so many time constants of the filters what did not come is forgotten: they have three poles."""
+"""After so many time constants of the filters what did not come is forgotten: they have three poles. Of
+samples that failed to come for longer it takes as long as that, up to ``BEGINS``."""
 
 
 @jit
@@ -97,12 +99,12 @@ def watch_servos(K: Any, first: bool, then: int, known: bool) -> None:
         M.settles -= 1
         if M.settles == 0:
             forget_evidence(K, False)
-    unseen = False
+    unseen, constant = False, 1.0 / (M.w * K.state.dt)
     for i in range(n):
         unseen = unseen or K.feedback.age[i] > 0
     for i in range(n):  # what moves a torque arm's joint is moved by all others
         if K.feedback.age[i] > 0 or (unseen and K.feedback.kind == TORQUE_DRIVE):
-            M.blind[i] = int(FORGETS / (M.w * K.state.dt)) + 1
+            M.blind[i] = int(min(max(FORGETS * constant, float(K.feedback.age[i])), BEGINS * constant)) + 1
         elif K.held.on:  # once it is let go its servo has to come to rest
             M.blind[i] = ticks_to_settle(K, i)
         elif M.blind[i] > 0:
