@@ -103,6 +103,57 @@ def test_a_learned_servo_is_led_nearly_as_one_that_was_told(servo):
     assert np.mean(found.error[late]) <= 1.5 * np.mean(told.error[late]) + 1e-4
 
 
+def lines_that_stutter(drive, lock=None, late=3):
+    """A planner after a fast motion of which all samples now and then come some periods late together."""
+    arm, past = arm_of(PANDA, SLOW, SERVOS["10 Hz"], TAKES[drive]), []
+    planner = started(PANDA, dt=SLOW, at=posture(PANDA), drive=drive, task=POSITION)
+    t = SLOW * np.arange(round(4.0 / SLOW))
+    s = ftqp.paths.Circle(PANDA.pose(posture(PANDA)), 0.15, duration=2.0).sample(np.minimum(t, 2.0))
+    targets = ftqp.Targets(s.pose, s.twist, s.acceleration)
+    for k in range(len(t)):
+        if lock is not None:
+            arm.braked[lock] = t[k] > 1.0
+        past.append(arm.measured())
+        comes = max(0, k - late) if int(t[k] / 0.15) % 4 == 3 else k
+        arm.command(planner.step(past[comes], None, targets.at(k)))
+    return planner
+
+
+@pytest.mark.parametrize("drive", TAKES)
+def test_samples_that_are_late_together_accuse_no_joint(drive):
+    planner = lines_that_stutter(drive)
+    assert planner.stopped_because is None and not planner.findings
+    assert "that is the clock" in planner.diagnosis.sentences[0]
+
+
+@pytest.mark.parametrize("drive", TAKES)
+def test_a_lock_is_found_beside_samples_that_are_late_together(drive):
+    planner = lines_that_stutter(drive, lock=1)
+    assert [one.joint for one in planner.findings] == [PANDA.joints[1]]
+
+
+@pytest.mark.parametrize("drive", TAKES)
+def test_an_encoder_that_has_not_changed_its_number_yet_is_no_line_that_fails(drive):
+    """Steps of 1.5 mrad, and a motion that begins gently: the arm waited for other numbers for ever."""
+    arm = arm_of(PANDA, FAST, 188.0, TAKES[drive], sigma=0.0)
+    planner, (poses, targets) = started(PANDA, dt=FAST, drive=drive), circles(PANDA, FAST, 1.0)
+    for k in range(len(poses)):
+        step = planner.step(1.5e-3 * np.round(arm.measured() / 1.5e-3), None, targets.at(k))
+        assert step.status.name != "INVALID_INPUT"
+        arm.command(step)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, 0.3])
+@pytest.mark.parametrize("drive", TAKES)
+def test_a_lost_sensor_of_an_ideal_arm_is_survived_as_behind_servos(drive, wrong):
+    planner, q = started(PANDA, dt=FAST, drive=drive), PANDA.neutral.copy()
+    poses, targets = circles(PANDA, FAST, 2.0)
+    for k in range(len(poses)):
+        q = planner.step(q, None, targets.at(k)).q.copy()
+        q[3] += wrong if k >= 1000 else 0.0
+    assert planner.stopped_because is None and set(planner.faults) == {PANDA.joints[3]}
+
+
 @pytest.mark.parametrize("joint", range(6))
 @pytest.mark.parametrize("servo", ["10 Hz", "40 Hz"])
 @pytest.mark.parametrize("drive", TAKES)

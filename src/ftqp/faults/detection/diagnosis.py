@@ -172,13 +172,21 @@ class Diagnosis:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What can and cannot be noticed of each joint now, and how fast, a sentence each."""
+        """What the clock is to blame for, and what can be noticed of each joint now, a sentence each."""
+        joints, sight = self.joints.values(), self._sight() if self._sight is not None else None
         if self._sight is None:
-            return tuple(said for one in self.joints.values() if (said := one.unobservable) is not None)
-        sight = self._sight()
-        if sight is None:
-            return ("Nothing can be said yet: no sample of a joint that moved was other than its command.",)
-        return tuple(sight.sentence(i, one.name, one.asked) for i, one in enumerate(self.joints.values()))
+            told = tuple(said for one in joints if (said := one.unobservable) is not None)
+        elif sight is None:
+            told = ("Nothing can be said yet: no sample of a joint that moved was other than its command.",)
+        else:
+            told = tuple(sight.sentence(i, one.name, one.asked) for i, one in enumerate(joints))
+        return *self._clock(), *told
+
+    def _clock(self) -> tuple[str, ...]:
+        """That samples came late or early, those of all joints alike, if they did."""
+        off = 1e3 * abs(float(self._K.feedback.time_error))
+        said = f"All samples were late or early together, by up to {off:.2g} ms: that is the clock."
+        return (said,) if off > 0.0 else ()
 
     def of(self, joint: str) -> JointDiagnosis:
         """What is held of one joint.

@@ -10,7 +10,7 @@ from typing import Any
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
-from ftqp.kernel.layout.thresholds import FROZEN_SIGMAS
+from ftqp.kernel.layout.thresholds import COARSEST, FROZEN_SIGMAS
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
@@ -81,11 +81,16 @@ def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> Any
 
 @jit
 def all_repeat_oddly(K: Any, then: int) -> bool:
-    """Of an arm whose numbers all repeat: whether any joint's reference went on beyond what is normal."""
+    """Of an arm whose numbers all repeat: whether any joint's reference went on beyond what is normal.
+
+    The steps of an encoder that has not changed its number yet may be as large as any.
+    """
     feedback = K.feedback
     for at in range(0, K.chain.n, WIDTH):
         moved = abs(several(feedback.moved, at) + K.state.dt * several(K.past.v[then], at))
-        if any_of(moved > _normally(several(feedback.increment, at), several(feedback.way, at))):
+        increment = several(feedback.increment, at)
+        step = select(increment > 0.0, increment, COARSEST)
+        if any_of(moved > _normally(step, several(feedback.way, at))):
             return True
     return False
 

@@ -29,7 +29,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_SENSOR,
     TORQUE_DRIVE,
 )
-from ftqp.kernel.layout.thresholds import FASTEST
+from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, MOST_TICKS
 from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger, smaller, whole_turns
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
 
@@ -38,8 +38,6 @@ SPEED_SHARE = 1.3
 SIGMAS = 8.5
 """6 sqrt(2) standard deviations of a sample, because the test looks at the difference of two: noise alone
 exceeds six twice in 1e9 samples."""
-COARSEST = 5e-3
-"""No encoder has larger steps [rad or m]."""
 ROOM = 1e-4
 """Room [rad or m] that is left whatever else is known."""
 FREE_SPEED = 15.0
@@ -93,6 +91,7 @@ def begin(K: Any) -> None:
     feedback.speed_margin = 0.0
     feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
     feedback.softened = feedback.touched = 0
+    feedback.time_error = 0.0
     feedback.stored = feedback.until_stored = 0
     feedback.culprit = -1
     for k in range(6):
@@ -147,6 +146,45 @@ def _is_possible(
     room += min(feedback.increment[i], COARSEST)
     way = sample - feedback.good[i]
     return abs(way - t * v) <= room or abs(way - t * feedback.v_hat[i]) <= room  # as sent, or as it was seen
+
+
+@rare_jit
+def _note_jumps(K: Any, at: int, then: int) -> None:
+    """How far the samples of the joints from ``at`` on went beside what was sent since the last good ones."""
+    feedback, dt = K.feedback, K.state.dt
+    for i in range(at, K.chain.n):
+        t = (feedback.age[i] + 1.0) * dt
+        feedback.jump[i] = K.state.q[i] - feedback.good[i] - t * K.past.v[then, i]
+
+
+@rare_jit
+def _time_error(K: Any, i: int, then: int) -> float:
+    """How late the samples of the joints other than i seem to be, all alike [s]: jump_j = -delta v_j.
+
+    Least squares, of a delta that is 0 give or take five periods. A sensor that jumps alone is not excused.
+    """
+    feedback, total = K.feedback, 0.0
+    known = 1.0 / (MOST_TICKS * K.state.dt) ** 2
+    for j in range(K.chain.n):
+        if j == i or K.faults.code[j] != HEALTHY or feedback.lost[j] or not is_finite(feedback.jump[j]):
+            continue
+        blur = SIGMAS * max(feedback.sigma, K.held.sigma[j]) + ROOM + min(feedback.increment[j], COARSEST)
+        v = K.past.v[then, j] / blur
+        total -= v * feedback.jump[j] / blur
+        known += v * v
+    return float(total / known)
+
+
+@rare_jit
+def _comes_mistimed(K: Any, i: int, then: int, v: float) -> bool:
+    """Whether a sample that cannot be true is, had it come as late or early as those of the others did."""
+    feedback, late = K.feedback, _time_error(K, i, then)
+    sigma, at = max(feedback.sigma, K.held.sigma[i]), K.state.q[i] + v * late
+    if not _is_possible(K.state, K.faults, K.limits, feedback, sigma, i, at, v):
+        return False
+    if abs(late) > abs(feedback.time_error):
+        feedback.time_error = late
+    return True
 
 
 @jit
@@ -279,6 +317,8 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     if not possible and feedback.wide == 0.0 and _struck(K):
         feedback.wide = feedback.thrown = IMPACT_TIME
         possible = _is_possible(state, K.faults, K.limits, feedback, sigma, i, sample, v)
+    if not possible and is_finite(sample):
+        possible = _comes_mistimed(K, i, then, v)
     if healthy or feedback.sigma > 0.0:
         look_at_repeats(state, K.limits, feedback, i, sample, v)
     if feedback.held[i] == LOOKED_THROUGH and not possible and not is_blind(feedback):
@@ -287,7 +327,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     held = feedback.held[i] == LOOKED_THROUGH
     bad = cost > 0.0 or not is_finite(sample) or feedback.silent > feedback.patience or is_blind(feedback)
     feedback.bad[i] = 1 if bad or held else 0
-    judged = K.monitor.on and K.monitor.names and K.monitor.sees and feedback.silent == 0.0
+    judged = K.monitor.on and K.monitor.names and feedback.silent == 0.0
     judged = judged and (K.monitor.found[i] != 0 or (healthy and K.chain.lead[i] == i))
     feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost, not judged)
     if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):
@@ -330,6 +370,7 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, sigma: Any
         if any_of(repeat_oddly(state, feedback, at, sample, v)):
             return False
         learn_block(state, feedback, at, sample, v)
+    put(feedback.jump, at, sample - several(feedback.good, at) - dt * v)
     put(feedback.seen, at, sample)
     put(feedback.good, at, sample)
     put(feedback.offset, at, sample - q)
@@ -387,6 +428,7 @@ def believe(K: Any) -> None:
         silent = ~(abs(several(state.q, at)) < inf)  # a sensor that says no number says no speed, either
         elsewhere = elsewhere or not all_of((abs(several(state.v, at)) < inf) | silent)
         if not together or not _believe_block(state, K.limits, feedback, past, K.held.sigma, at, then):
+            _note_jumps(K, at, then)
             for i in range(at, min(at + WIDTH, n)):
                 _believe_joint(K, i, then)
     if feedback.unheard > feedback.patience and feedback.silent == 0.0 and feedback.kind == TORQUE_DRIVE:

@@ -51,6 +51,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     failed_noise felt_noise missing_noise  f8  what observers make of the noise of samples, whose unit is 1
     tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed  f8
     waited spent_elsewhere  f8
+    time_error  f8  by how much samples were late or early at most, those of all joints alike [s]
     speed_margin  f8  share of the speed limits that is left to servos
     silent unheard  f8  for how long no sensor has said anything new, with this tick and before it [s]
     wide  f8  for how long samples may still be far off, after an impact or a late loop
@@ -83,6 +84,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     innovation own_missed dead_missed  f8[N]
     age  i8[N]
     held  i8[N]  samples that repeat are looked through, see ``ftqp.kernel.feedback.repeats``
+    jump  f8[N]  how far samples went beside what was sent since the last good ones
     lost bad still known_failed  i8[N]
     asks  i8[N]  for its brake, as ``brakes`` says that the arm has them
     others  i8[N]  memory

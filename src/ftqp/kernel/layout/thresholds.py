@@ -49,6 +49,8 @@ beyond arms: what is faster is a wrong number."""
 MOST_ROWS: Final = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
 
+COARSEST: Final = 5e-3
+"""No encoder has larger steps [rad or m]."""
 FROZEN_SIGMAS: Final = 6.0
 """A noisy sensor whose number stays the same is frozen when the joint should have moved by so many standard
 deviations meanwhile, because noise alone makes that twice in 1e9 samples."""
