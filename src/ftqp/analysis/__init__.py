@@ -50,7 +50,7 @@ from ftqp.analysis.tolerance import relative_manipulability as relative_manipula
 from ftqp.analysis.tolerance import structural_joints as structural_joints
 from ftqp.analysis.tolerance import velocity_jump as velocity_jump
 from ftqp.analysis.tolerance import worst_case as worst_case
-from ftqp.analysis.tolerant_workspace import TolerantWorkspace as TolerantWorkspace
-from ftqp.analysis.tolerant_workspace import tolerant_workspace as tolerant_workspace
+from ftqp.analysis.tolerant_poses import TolerantWorkspace as TolerantWorkspace
+from ftqp.analysis.tolerant_poses import tolerant_workspace as tolerant_workspace
 from ftqp.analysis.workspace_map import WorkspaceReport as WorkspaceReport
 from ftqp.analysis.workspace_map import workspace as workspace
