@@ -48,10 +48,11 @@ class MountedRobot:
 
     def carrying(self, payload: Payload | None) -> "MountedRobot":
         """The robot with another load."""
+        changed = MountedRobot(self.bare, payload, self.place)
         of = "the centre of mass of the load is {} m from the end effector,"
         if payload is not None and (said := in_millimetres(self.bare, payload.com, of)):
             _LOG.warning("%s: %s", self.bare.name, said)
-        return MountedRobot(self.bare, payload, self.place)
+        return changed
 
     def holding(self, T: Any) -> "MountedRobot":
         """The robot with another controlled point, (4, 4) in the frame of the bare robot's tip."""
