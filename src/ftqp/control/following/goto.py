@@ -66,8 +66,8 @@ class GoTo:
     follow the straight way to a pose, or come no nearer on it, postures of the goal are looked for, a little
     in every tick, while the arm comes to rest, and the joints go to one to which there is a way. A goal that
     is not reached is reported as ``UNREACHABLE`` together with the distance and with what was looked for,
-    once the arm rests. An arm that oscillates next to a pose goes back to where it was nearest and its motors can
-    hold it, and rests there; else the planner stops it.
+    once the arm rests. An arm that oscillates next to a pose goes back to where it was nearest and its
+    motors can hold it, and rests there; else the planner stops it.
 
     Args:
         planner: The planner that it commands; with any scheme, task and backend.
