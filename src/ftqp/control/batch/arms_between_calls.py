@@ -15,7 +15,7 @@ from ftqp.kernel.entry.session import thread_count
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_HAS_ROTATION, TARGET_POSE, TARGET_TWIST
 from ftqp.kernel.layout.record import dtype
 
-NO_FREE = "no arm of Arms is told that a joint swings freely; report ftqp.Locked, or step an ftqp.Planner"
+NO_FREE = "FreeSwinging cannot be reported to Arms; report ftqp.Locked, or step an ftqp.Planner"
 
 AT_ORIGIN = np.eye(4)
 
@@ -36,7 +36,7 @@ class Arms:
 
     Attributes:
         q: Where each arm is, (n, nv) [rad or m]: after a step where its command leads. A step begins there.
-            An arm that does not do what it is told is told of by writing what was measured into ``q``.
+            Of an arm that strays from its command, write what was measured into ``q`` before the step.
         v: Its velocity, (n, nv).
         q_sent: What the drives are told after the last tick, (n, nv); it differs from ``q`` where a joint has
             failed or drives are led.

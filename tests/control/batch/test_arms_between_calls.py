@@ -201,7 +201,7 @@ def test_arms_begin_with_the_faults_of_the_planner(robot):
         (lambda arms: arms.step(np.zeros((5, 3)), 0), "ticks is 0, expected a whole number from 1"),
         (lambda arms: arms.step(np.zeros((5, 3)), twist=np.zeros(6)), r"twist has shape \(6,\)"),
         (lambda arms: arms.report([0, 1], ftqp.Locked(1)), r"mask is int64 of shape \(2,\), expected truth"),
-        (lambda arms: arms.report(None, ftqp.FreeSwinging(1)), "no arm of Arms is told that a joint swings"),
+        (lambda arms: arms.report(None, ftqp.FreeSwinging(1)), "FreeSwinging cannot be reported to Arms"),
         (lambda arms: arms.report(None, "joint 3"), "fault"),
         (lambda arms: arms.report(None, ftqp.Locked("elbow")), "panda_joint1"),
         (lambda arms: arms.withdraw(None, 9), "joint"),
