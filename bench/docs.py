@@ -68,7 +68,7 @@ def shown(result: dict[str, Any], report: Path, places: Mapping[Path, Sequence[T
     return list(places)
 
 
-def told(result: dict[str, Any], title: str, tables: Sequence[Table], chosen: argparse.Namespace) -> None:
+def publish(result: dict[str, Any], title: str, tables: Sequence[Table], chosen: argparse.Namespace) -> None:
     """Print a result and, where asked for, write its report and what speed.md in docs/evidence has of it."""
     if chosen.json:
         sys.stdout.write(json.dumps(result) + "\n")

@@ -64,8 +64,8 @@ def folder(benchmark: str) -> Path:
 
 def add_out(parser: argparse.ArgumentParser, benchmark: str) -> None:
     """Add the folder that the results of a script go to."""
-    told = "where results go (default: where they are on record)"
-    parser.add_argument("--out", type=Path, default=folder(benchmark), metavar="DIR", help=told)
+    publish = "where results go (default: where they are on record)"
+    parser.add_argument("--out", type=Path, default=folder(benchmark), metavar="DIR", help=publish)
 
 
 def machine() -> dict[str, Any]:
@@ -164,7 +164,7 @@ def written(
     return [*files, *pictures]
 
 
-def told(result: dict[str, Any], markdown: str, out: Path, name: str, *, as_json: bool = False) -> int:
+def publish(result: dict[str, Any], markdown: str, out: Path, name: str, *, as_json: bool = False) -> int:
     """Write a study's report and numbers, and print one of them: 0, or 2 where they cannot be written."""
     try:
         written(result, markdown, out, name)

@@ -55,7 +55,7 @@ def main() -> int:
         "million": runs,
         "limitations": list(LIMITATIONS),
     }
-    docs.told(result, "Batches", [table(rows), *([table_of_runs(runs)] if runs else [])], options)
+    docs.publish(result, "Batches", [table(rows), *([table_of_runs(runs)] if runs else [])], options)
     return 0
 
 

@@ -126,7 +126,7 @@ def main() -> int:
     )
     result["versions"] |= versions
     result["left_out"] |= left_out
-    docs.told(
+    docs.publish(
         result, "Past a ball, beside pink and mink", [_table(lock, rows) for lock in (False, True)], options
     )
     return 0

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import ftqp
-from ftqp.app.deployment.built_folder import Wanted, build_folder
+from ftqp.app.deployment.built_folder import BuildRequest, build_folder
 from ftqp.app.scenario.setup import load
 from ftqp.core.clock import now
 
@@ -23,7 +23,9 @@ LEVELS = ("velocity", "acceleration")
 
 def program(planner, folder, source):
     """A program over the library of a planner."""
-    build_folder(Wanted(planner=planner, name="panda", target="host", cpu=None, embed=False, folder=folder))
+    build_folder(
+        BuildRequest(planner=planner, name="panda", target="host", cpu=None, embed=False, folder=folder)
+    )
     made = folder / "timed"
     flags = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", f"-I{folder / 'include'}", f"-I{folder}"]
     subprocess.run(

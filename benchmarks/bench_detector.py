@@ -69,7 +69,7 @@ def main() -> int:
     ]
     headings = ("planner", "p50 without", "p50 with", "added", "p99 without", "p99 with")
     table = Table(title="A step with and without a detector [us]", headings=headings, rows=lines)
-    docs.told(result, "Detector", [table], options)
+    docs.publish(result, "Detector", [table], options)
     return 0
 
 

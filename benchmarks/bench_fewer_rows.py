@@ -121,7 +121,7 @@ def main() -> int:
         "of these with all rows",
     )  # fmt: skip
     table = Table(title="Paths without a pose at their end", headings=headings, rows=lines)
-    docs.told(result, "Fewer rows after a lock", [table], options)
+    docs.publish(result, "Fewer rows after a lock", [table], options)
     return 0
 
 

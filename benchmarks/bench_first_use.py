@@ -33,7 +33,7 @@ TITLES = {
     "planner_imports": "first planner: its imports",
     "run": "run of panda-circle, with figures and log",
 }
-EDIT = ("calm/trigger.py", "def _look(K: Any) -> float:", "    K.state.ticks += 0\n")
+EDIT = ("settling/trigger.py", "def _look(K: Any) -> float:", "    K.state.ticks += 0\n")
 """A file of the kernel, a function in it, and a line that goes behind its docstring."""
 LIMITATIONS = ("CPU seconds of all processes that take part, not wall time.",)
 
@@ -124,7 +124,7 @@ def main() -> int:
         "goals": GOALS,
         "limitations": list(LIMITATIONS),
     }
-    docs.told(result, "First use", [_table(figures)], options)
+    docs.publish(result, "First use", [_table(figures)], options)
     return 0
 
 

@@ -114,7 +114,7 @@ def main() -> int:
     lines.append(("a process with one planner", *(quantity(row["one_planner"]) for row in rows), ""))
     lines.append(("loaded of numba and llvmlite", *(", ".join(row["loaded"]) or "none" for row in rows), ""))
     headings = ("", *LEVELS, "at most")
-    docs.told(
+    docs.publish(
         result, "Memory", [Table(title="Resident memory [MiB]", headings=headings, rows=lines)], options
     )
     return 0

@@ -143,7 +143,7 @@ def main() -> int:
         rows=lines,
         notes=("Every joint is locked at every eighth of each path, and the rest of it followed.",),
     )
-    docs.told(result, "Any one joint may lock", [table], options)
+    docs.publish(result, "Any one joint may lock", [table], options)
     return 0
 
 

@@ -117,14 +117,14 @@ def measure(minutes: float, chromium: str | None) -> str:
 
 def _watch(session: Session, times: dict[bool, Times], shown: Event) -> None:
     """Keep the wall time of every step of the arm, apart for both kinds of phases."""
-    arm, think = session._arm, session._arm.think
+    arm, search_step = session._arm, session._arm.search_step
 
     def watched(k: int) -> None:
-        think(k)
+        search_step(k)
         assert arm._made is not None
         times[shown.is_set()].add(arm._made.elapsed)
 
-    arm.think = watched  # type: ignore[method-assign]
+    arm.search_step = watched  # type: ignore[method-assign]
 
 
 def _draw(page: Page, shown: Event, over: Event) -> None:

@@ -272,7 +272,7 @@ def main() -> int:
     result["versions"] |= versions
     result["left_out"] |= left_out
     tables = [_table(kind, rows) for kind in kinds if any(row["kind"] == kind for row in rows)]
-    docs.told(result, "After a lock, beside other programs", tables, options)
+    docs.publish(result, "After a lock, beside other programs", tables, options)
     return 0
 
 

@@ -68,11 +68,11 @@ def searched(planner, start, **goal):
     """The places of the first way, or None, and the seconds of the processor until it and its motion."""
     t = process_time()
     ways = Ways(planner, start, **goal)
-    while ways.is_thinking and not ways.has_way:
-        ways.think(LOOKS)
+    while ways.is_searching and not ways.has_way:
+        ways.search_step(LOOKS)
     first, places = process_time() - t, ways.way if ways.has_way else None
-    while ways.is_thinking:
-        ways.think(LOOKS)
+    while ways.is_searching:
+        ways.search_step(LOOKS)
     return places, first, process_time() - t
 
 

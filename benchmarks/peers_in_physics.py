@@ -148,7 +148,7 @@ def rivals_row(
     with leading(rival, setup.robot, setup.q, setup.planner.dt, env_dir, BOX if box else ()) as leads:
         done = ride(
             leads, setup.robot, setup.path, setup.q, dt=setup.planner.dt, plant=plant,
-            sensors=setup.sensors, schedule=setup.schedule, told=told,
+            sensors=setup.sensors, schedule=setup.schedule, reported=told,
         )  # fmt: skip
         versions = getattr(leads, "versions", {})
     run = (done.t, done.error, setup.path.sample(done.t).pose, done.q, done.v, event.at, setup.robot)
@@ -206,9 +206,17 @@ def to_goal(case, program, told: bool, env_dir: Path) -> dict[str, float]:
         schedule = ftqp.Schedule([ftqp.FaultEvent(BRAKES_AT, lock)])
         with leading(program, robot, q, GOAL_DT, env_dir) as rival:
             end = ride(
-                rival, robot, path, q, dt=GOAL_DT, plant=plant, sensors=sensors, schedule=schedule, told=told,
+                rival,
+                robot,
+                path,
+                q,
+                dt=GOAL_DT,
+                plant=plant,
+                sensors=sensors,
+                schedule=schedule,
+                reported=told,
                 duration=seconds,
-            ).q[-1]  # fmt: skip
+            ).q[-1]
     T = robot.pose(end)
     turned = np.arccos(np.clip(0.5 * (np.trace(T[:3, :3].T @ goal[:3, :3]) - 1.0), -1.0, 1.0))
     off = float(np.linalg.norm(T[:3, 3] - goal[:3, 3]))
@@ -288,7 +296,7 @@ def main() -> int:
     result["left_out"] |= left_out
     told_and_not = [circle_tables(circle, told) for told in (False, True)]
     tables = [*(one for pair in told_and_not for one in pair), _box_table(box), _goal_table(ends)]
-    docs.told(result, "Peers on the arm of the demo, in physics", tables, options)
+    docs.publish(result, "Peers on the arm of the demo, in physics", tables, options)
     return 0
 
 

@@ -146,7 +146,7 @@ def main() -> int:
     )  # fmt: skip
     lines = [*results.preamble(table.title, result), *table.markdown(), *results.appendix(result)]
     name = results.stem("compare_semidefinite", name=None, quick=options.quick)
-    return results.told(result, "\n".join(lines), options.out, name, as_json=options.json)
+    return results.publish(result, "\n".join(lines), options.out, name, as_json=options.json)
 
 
 def _options() -> argparse.Namespace:

@@ -16,7 +16,7 @@ from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from papers.beside import Found, Row, Sheet, draw_loop, told
+from papers.beside import Found, Row, Sheet, draw_loop, publish
 from scipy.spatial.transform import Rotation
 
 import ftqp
@@ -188,4 +188,4 @@ SHEETS = {key: partial(of, name, *more) for name, sheets in KINDS.items() for ke
 
 if __name__ == "__main__":
     page = "bedrossian1993.md"
-    sys.exit(told("bedrossian1993", "Bedrossian 1993, made again", __doc__ or "", page, work, SHEETS))
+    sys.exit(publish("bedrossian1993", "Bedrossian 1993, made again", __doc__ or "", page, work, SHEETS))

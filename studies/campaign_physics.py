@@ -114,7 +114,7 @@ def draw(seed: int) -> Episode:
         fault=str(rng.choice(FAULTS)),
         joint=int(rng.integers(robot.nv)),
         at=float(rng.uniform(0.2, 0.8)) * duration,
-        told=str(rng.choice(TOLD)),
+        reported=str(rng.choice(TOLD)),
         damping=float(rng.choice([0.0, 0.5, 3.0])),
         start=tuple(start(robot, rng, MIDDLE).tolist()),
         plane=(("x", "y"), ("y", "z"), ("x", "z"))[int(rng.integers(3))],
@@ -407,7 +407,7 @@ def main() -> int:
     }
     result["versions"]["mujoco"] = version("mujoco")
     name = results.stem("campaign_physics", name=None, quick=given.episodes < WHOLE)
-    return results.told(result, markdown(result), given.out, name)
+    return results.publish(result, markdown(result), given.out, name)
 
 
 def _ran(seed: int) -> tuple[int, str, str]:

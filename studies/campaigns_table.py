@@ -132,7 +132,9 @@ def main() -> int:
     }
     result["command"] = "python studies/campaigns_table.py FOLDER..."
     tables = [table(rows), *fallbacks(rows)]
-    docs.told(result, "Campaigns", tables, argparse.Namespace(json=options.json, out=None, update_docs=False))
+    docs.publish(
+        result, "Campaigns", tables, argparse.Namespace(json=options.json, out=None, update_docs=False)
+    )
     out = options.out or (folder("campaigns_table") if options.update_docs else None)
     if out is not None:
         lines = [

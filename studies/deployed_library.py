@@ -23,7 +23,7 @@ import numpy as np
 
 import ftqp
 from ftqp.app.deployment.arm_file import SMALL, arm_file
-from ftqp.app.deployment.built_folder import TEXTS, Wanted, build_folder
+from ftqp.app.deployment.built_folder import TEXTS, BuildRequest, build_folder
 from ftqp.app.deployment.headers import layout_header
 from ftqp.kernel.layout.enums import JOINTS
 
@@ -243,7 +243,7 @@ def library(target, folder, *, small=False):
     """Build the library of a target once: the folder that ``ftqp build`` writes."""
     planner = ftqp.Planner(ftqp.robots.load("planar", count=3))
     named = {"planner": planner, "name": "planar(3)", "target": target, "cpu": None, "embed": False}
-    build_folder(Wanted(**named, folder=folder, small=small))
+    build_folder(BuildRequest(**named, folder=folder, small=small))
     return folder
 
 
@@ -259,7 +259,7 @@ def whole_library(folder):
     )
     path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=2.0)
     named = {"planner": planner, "name": "panda", "target": "host", "cpu": None, "embed": False}
-    build_folder(Wanted(**named, folder=folder, path=path))
+    build_folder(BuildRequest(**named, folder=folder, path=path))
     return folder
 
 

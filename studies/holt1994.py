@@ -20,7 +20,7 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
-from papers.beside import Found, Row, Sheet, draw_loop, told
+from papers.beside import Found, Row, Sheet, draw_loop, publish
 from scipy.spatial.transform import Rotation
 
 import ftqp
@@ -289,4 +289,4 @@ SHEETS = {
 
 if __name__ == "__main__":
     title = "Holt and Desrochers 1994, made again"
-    sys.exit(told("holt1994", title, __doc__ or "", "holt1994.md", work, SHEETS))
+    sys.exit(publish("holt1994", title, __doc__ or "", "holt1994.md", work, SHEETS))

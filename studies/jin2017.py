@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from papers.beside import Found, Row, Sheet, draw_loop, told
+from papers.beside import Found, Row, Sheet, draw_loop, publish
 
 from ftqp.app.scenario.setup import load
 
@@ -83,4 +83,4 @@ def picture(name: str, result: Any, file: Any) -> None:
 
 if __name__ == "__main__":
     sheets = {name: partial(sheet, name) for name in CASES}
-    sys.exit(told("jin2017", "Jin et al. 2017, made again", __doc__ or "", "jin2017.md", work, sheets))
+    sys.exit(publish("jin2017", "Jin et al. 2017, made again", __doc__ or "", "jin2017.md", work, sheets))

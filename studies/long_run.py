@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 from bench import command_line
-from bench.results import add_out, appendix, circumstances, preamble, stem, told
+from bench.results import add_out, appendix, circumstances, preamble, publish, stem
 from bench.tables import Table, exponent, quantity
 
 import ftqp
@@ -282,7 +282,7 @@ def main() -> int:
         lines += table(one).markdown()
     partial = options.hours < 24.0 or set(options.cases) != set(CASES)
     name = stem("long_run", name=options.name, quick=partial)
-    return told(result, "\n".join(lines + appendix(result)), options.out, name, as_json=options.json)
+    return publish(result, "\n".join(lines + appendix(result)), options.out, name, as_json=options.json)
 
 
 def _options() -> argparse.Namespace:

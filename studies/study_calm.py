@@ -231,7 +231,7 @@ def run(drawn: Case, rng: np.random.Generator, calm: bool = True) -> Seen:
         effort=effort.max(axis=1),
         errors=errors,
         way=float((way / robot.limits.v_max[healthy]).max()),
-        holding=bool(planner.session().K.calm.holding),
+        holding=bool(planner.session().K.settling.holding),
     )
 
 
@@ -332,7 +332,7 @@ def main() -> int:
         "limitations": list(LIMITATIONS),
     }
     name = results.stem("study_calm", name="off" if given.off else None, quick=given.quick)
-    return results.told(result, markdown(result), given.out, name, as_json=given.json)
+    return results.publish(result, markdown(result), given.out, name, as_json=given.json)
 
 
 if __name__ == "__main__":

@@ -229,7 +229,7 @@ def main() -> int:
         **found,
         "limitations": list(LIMITATIONS),
     }
-    docs.told(result, "Prediction against execution", _tables(found), options)
+    docs.publish(result, "Prediction against execution", _tables(found), options)
     return 0
 
 

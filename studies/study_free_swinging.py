@@ -380,7 +380,7 @@ def main() -> int:
         name="at_rest" if given.at_rest else given.physics if given.physics != "kinematic" else None,
         quick=given.quick,
     )
-    return results.told(result, markdown(result), given.out, name, as_json=given.json)
+    return results.publish(result, markdown(result), given.out, name, as_json=given.json)
 
 
 if __name__ == "__main__":

@@ -273,7 +273,7 @@ def main() -> int:
         "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
         "rows": summary(found),
     }
-    return results.told(result, markdown(result), given.out, "tolerant_methods", as_json=given.json)
+    return results.publish(result, markdown(result), given.out, "tolerant_methods", as_json=given.json)
 
 
 if __name__ == "__main__":

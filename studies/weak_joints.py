@@ -24,7 +24,7 @@ import numpy as np
 import pinocchio as pin
 from bench import study
 from bench.tables import Table
-from told_free_joints import ARMS, CONTROLLERS, DRIVES, FAST, NEAR, arm, start
+from reported_free_joints import ARMS, CONTROLLERS, DRIVES, FAST, NEAR, arm, start
 
 import ftqp
 from ftqp.sim.rival import ResolvedRates

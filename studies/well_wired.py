@@ -63,7 +63,7 @@ def rival(joint: str, told: bool, gain: float = GAIN) -> dict[str, Any]:
     rates = ResolvedRates(setup.robot, setup.planner.dt, gain=gain)
     done = ride(
         rates, setup.robot, setup.path, setup.q, dt=setup.planner.dt, plant=setup.plant,
-        sensors=setup.sensors, schedule=setup.schedule, told=told,
+        sensors=setup.sensors, schedule=setup.schedule, reported=told,
     )  # fmt: skip
     (event,) = setup.schedule
     turn = turned(setup.robot, done.q, setup.path.sample(done.t).pose)

@@ -74,8 +74,8 @@ def draw_loop(*given: Any, **options: Any) -> Any:
 
 def add_figures(parser: argparse.ArgumentParser) -> None:
     """Add the folder of the figures, and which one is wanted."""
-    told = "draw the paper's figures and tables one by one into DIR, and nothing else"
-    parser.add_argument("--figures", type=Path, metavar="DIR", help=told)
+    publish = "draw the paper's figures and tables one by one into DIR, and nothing else"
+    parser.add_argument("--figures", type=Path, metavar="DIR", help=publish)
     parser.add_argument("--only", metavar="NAME", help="that figure or table alone: 7, or 'table 2'")
 
 
@@ -101,7 +101,7 @@ def drawn_sheets(name: str, sheets: Sheets, folder: Path, only: str | None) -> i
     return 0
 
 
-def told(name: str, title: str, doc: str, page: str, work: Callable[[bool], Found], sheets: Sheets) -> int:
+def publish(name: str, title: str, doc: str, page: str, work: Callable[[bool], Found], sheets: Sheets) -> int:
     """The command line of a script: do the work, draw, write or print the table; 0, or 2 for bad input.
 
     Args:

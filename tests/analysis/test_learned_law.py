@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.analysis.learned_law import DOUBT, Effectiveness, LearnedLaw, LearnedRun, learned_run
+from ftqp.analysis.learned_law import INITIAL_DEVIATION, Effectiveness, LearnedLaw, LearnedRun, learned_run
 
 CASES = {
     "2R, A": ([1, 1], (0.0, -30.0), "j1", (1.0 + np.sqrt(0.5), np.sqrt(0.5)), 0.0, 0.0),
@@ -104,7 +104,7 @@ def test_of_a_joint_that_was_never_asked_to_move_nothing_is_learned() -> None:
         learned.learn([[1.0, 1.0]], [0.01, 0.0], [0.005])
     assert learned.theta[0] == pytest.approx(0.5, abs=1e-3)
     assert learned.theta[1] == 1.0
-    assert learned.deviation[1] >= DOUBT
+    assert learned.deviation[1] >= INITIAL_DEVIATION
 
 
 def test_a_fault_after_a_long_healthy_motion_is_learned() -> None:

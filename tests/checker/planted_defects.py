@@ -69,7 +69,7 @@ def run(robot, path, ticks, *, dt=0.005, planner=None, failures=(), obeys=None, 
     truth, sent, said = [(q, v)], [], []
     for k in range(ticks):
         for failure in failures:
-            if abs(failure.told - t[k]) < 0.5 * dt:
+            if abs(failure.reported_at - t[k]) < 0.5 * dt:
                 planner.report(ftqp.Locked(failure.joint))
         step = planner.step(q, v, targets.at(k))
         sent.append((step.q.copy(), step.v.copy()))
@@ -107,7 +107,7 @@ def lost_joint():
     """A slow circle during which a joint locks, the planner is told, and the others can do without it."""
     robot = ftqp.robots.load("planar", count=4)
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.05, duration=2.0)
-    lock = Failure(joint=1, kind="locked", since=0.1, told=0.1)
+    lock = Failure(joint=1, kind="locked", since=0.1, reported_at=0.1)
     return robot, run(robot, path, 90, failures=[lock], can_be_followed=True)
 
 

@@ -12,8 +12,8 @@ def alarm(joint, at, *kinds):
     return Alarm(joint=joint, at=at, kinds=frozenset(kinds or ("locked",)))
 
 
-def lock(joint=2, since=1.0, told=NEVER, kind="locked"):
-    return Failure(joint=joint, kind=kind, since=since, told=told)
+def lock(joint=2, since=1.0, reported_at=NEVER, kind="locked"):
+    return Failure(joint=joint, kind=kind, since=since, reported_at=reported_at)
 
 
 def test_failure_that_is_named_is_found_after_its_delay():
@@ -28,7 +28,7 @@ def test_failure_showed_if_it_made_a_difference_or_was_found():
     assert detection([], [quiet], 4.0).showed == 0
     assert detection([], [quiet, other], 4.0, [other]).showed == 1
     assert detection([alarm(2, 1.25)], [quiet], 4.0).showed == 1
-    assert detection([], [lock(told=2.0)], 4.0, [lock(told=2.0)]).showed == 0
+    assert detection([], [lock(reported_at=2.0)], 4.0, [lock(reported_at=2.0)]).showed == 0
 
 
 def test_right_joint_with_another_kind_is_found_with_the_wrong_kind():
@@ -51,9 +51,9 @@ def test_alarm_of_a_joint_that_works_after_a_failure_names_the_wrong_joint():
 
 @pytest.mark.parametrize("alarms", [[], [alarm(2, 2.5)]])
 def test_failure_that_was_announced_first_is_nothing_to_find(alarms):
-    seen = detection(alarms, [lock(told=2.0)], 4.0)
+    seen = detection(alarms, [lock(reported_at=2.0)], 4.0)
     assert (seen.unannounced, seen.found, seen.wrong_joint) == (0, 0, 0)
 
 
 def test_failure_that_is_found_before_it_is_announced_counts():
-    assert detection([alarm(2, 1.5)], [lock(told=2.0)], 4.0).found == 1
+    assert detection([alarm(2, 1.5)], [lock(reported_at=2.0)], 4.0).found == 1

@@ -106,7 +106,7 @@ def test_links_are_kept_apart_from_each_other_and_pairs_that_nobody_watches_are_
 
 def test_a_link_behind_a_joint_that_swings_freely_is_excused():
     thing = beside("sphere", KEEP - 0.01)
-    free = Failure(joint=JOINT, kind="free", since=0.0, told=0.0)
+    free = Failure(joint=JOINT, kind="free", since=0.0, reported_at=0.0)
     assert "touched" not in laws([link()], [thing], [("link", "thing")], failures=[free])
 
 
@@ -133,5 +133,5 @@ def test_axis_that_begins_outside_may_stay_and_one_that_swings_freely_is_excused
     still = run()
     still = replace(still, cones=[replace(cone(0.0), within=0.01)], q=np.tile(still.q[:1], (len(still.q), 1)))
     assert "cone" not in verdict(ARM, still).laws
-    free = Failure(joint=JOINT, kind="free", since=0.0, told=0.0)
+    free = Failure(joint=JOINT, kind="free", since=0.0, reported_at=0.0)
     assert "cone" not in verdict(ARM, run(cones=[cone(-0.001)], failures=[free])).laws

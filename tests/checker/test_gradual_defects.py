@@ -74,7 +74,7 @@ def locked(run, speed=0.0, sent=0.0, at=LOCK):
     change = moved(run, np.where(at + 0.05 <= T, speed, speeds))
     commands = change.sent_v.copy()
     commands[k + 50 :, J] = sent
-    lock = Failure(joint=J, kind="locked", since=at, told=at, deceleration=0.25 * float(ARM.a_max[J]))
+    lock = Failure(joint=J, kind="locked", since=at, reported_at=at, deceleration=0.25 * float(ARM.a_max[J]))
     status = ["OK" if k < at / DT else "RELAXED" for k in range(len(run.status))]
     return replace(change, sent_v=commands, failures=[lock], status=status, can_be_followed=False)
 
@@ -83,7 +83,7 @@ def weak(run, excess, status, joint=0):
     """A joint that is known to have lost strength carries ``excess`` times what is left, at the worst."""
     tau = ARM.torques(run.q[:-1], run.v[:-1], np.diff(run.v, axis=0) / DT)
     share = float(np.abs(tau[:, joint]).max() / ARM.tau_max[joint] / excess)
-    known = Failure(joint=joint, kind="degraded", since=0.0, told=0.0, shares={"tau_max": share})
+    known = Failure(joint=joint, kind="degraded", since=0.0, reported_at=0.0, shares={"tau_max": share})
     return replace(run, failures=[known], status=[status] * len(run.status))
 
 
@@ -91,7 +91,7 @@ def slowed(run, gentle):
     """A joint at 0.1 of its speed limit, of which 0.05 is left from 1 s on, reached gently or fully."""
     v, a = 0.1 * ARM.v_max[J], ARM.a_max[J] * (0.2 if gentle else 1.0)
     left = np.maximum(v - a * np.clip(T - 1.0, 0.0, None), 0.5 * v)
-    known = Failure(joint=J, kind="degraded", since=1.0, told=1.0, shares={"v_max": 0.05})
+    known = Failure(joint=J, kind="degraded", since=1.0, reported_at=1.0, shares={"v_max": 0.05})
     away = np.where(T < 1.5, 1.0, np.maximum(1.0 - 2.0 * (T - 1.5), 0.0))
     return moved(run, left * np.minimum(5.0 * T, 1.0) * away, failures=[known])
 
@@ -107,7 +107,7 @@ def after_a_blow(run, again):
     struck = placed(moved(run, 0.0 * v), np.where(T < 2.0, end + 0.01 - (2.0 - T), end + 0.01), joint=1)
     q, speeds = struck.q.copy(), struck.v.copy()
     speeds[:, 1], speeds[:, J] = np.where(T < 2.0, fall, 0.0), v
-    free = Failure(joint=1, kind="free", since=1.0, told=1.0)
+    free = Failure(joint=1, kind="free", since=1.0, reported_at=1.0)
     return replace(struck, q=q, v=speeds, failures=[free], status=["STOPPED"] * len(run.status))
 
 

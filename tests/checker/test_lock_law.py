@@ -11,7 +11,7 @@ from ftqp.checker.trace import PHYSICS, Failure
 
 DT, TICKS, J = 1e-3, 2000, 3
 T = DT * np.arange(TICKS + 1)
-LOCK = Failure(joint=J, kind="locked", since=0.5, told=0.5, deceleration=2.0)
+LOCK = Failure(joint=J, kind="locked", since=0.5, reported_at=0.5, deceleration=2.0)
 
 
 def broken(speeds, lock=LOCK, sent=None):
@@ -93,5 +93,5 @@ def test_blaming_a_joint_or_stopping_for_good_is_a_breach():
 
 
 def test_joint_that_has_really_failed_may_be_blamed_and_the_arm_be_stopped_for_it():
-    lock = Failure(joint=J, kind="locked", since=0.6, told=0.7)
+    lock = Failure(joint=J, kind="locked", since=0.6, reported_at=0.7)
     assert held_badly(blamed=True, status="STOPPED", failures=[lock]) <= 0.0

@@ -59,7 +59,7 @@ def test_range_in_physics_is_judged_in_all():
 @pytest.mark.parametrize("strict", [KINEMATIC, PHYSICS], ids=["kinematic", "physics"])
 def test_way_that_is_missing_when_a_limit_shrinks_may_go_on_missing_but_not_grow(strict):
     """A tenth of the deceleration is left at 0.1 s: the joint cannot stop in time, and has to brake fully."""
-    weak = Failure(joint=J, kind="degraded", since=0.1, told=0.1, shares={"a_max": 0.1})
+    weak = Failure(joint=J, kind="degraded", since=0.1, reported_at=0.1, shares={"a_max": 0.1})
     begin = float(ARM.q_max[J]) - 0.25
     for share, found in ((1.0, False), (0.5, True)):
         speeds = np.maximum(0.6 - 0.1 * share * FULL * np.clip(T - 0.1, 0.0, None), 0.0)

@@ -14,7 +14,7 @@ from ftqp.control.paths import Circle, Line
 DT, TICKS = 0.01, 400
 T = DT * np.arange(TICKS)
 PLACE, POSE = ("x", "y", "z"), ("x", "y", "z", "rx", "ry", "rz")
-LOCK = Failure(joint=4, kind="locked", since=0.5, told=0.5)
+LOCK = Failure(joint=4, kind="locked", since=0.5, reported_at=0.5)
 SMALL = Circle(ROBOT.pose(ROBOT.neutral), 0.03, duration=3.0)
 FAR = Line(ROBOT.pose(ROBOT.neutral), (1.5, 0.0, 0.0), duration=3.0)
 
@@ -60,10 +60,10 @@ def test_stopped_arm_says_so_and_is_not_blamed():
     "failures",
     [
         (),
-        (replace(LOCK, told=np.inf),),
+        (replace(LOCK, reported_at=np.inf),),
         (replace(LOCK, kind="free"),),
-        (replace(LOCK, since=3.5, told=3.5),),
-        (LOCK, replace(LOCK, joint=2, told=np.inf)),
+        (replace(LOCK, since=3.5, reported_at=3.5),),
+        (LOCK, replace(LOCK, joint=2, reported_at=np.inf)),
     ],
 )
 def test_nothing_is_said_where_nobody_knows_or_too_little_is_left(failures):
@@ -96,7 +96,7 @@ def test_path_that_waits_has_to_be_gone_to_its_end():
 
 
 def test_weakened_joints_have_what_is_left_of_their_limits():
-    weak = Failure(joint=3, kind="degraded", since=0.5, told=0.5, shares={"v_max": 0.001})
+    weak = Failure(joint=3, kind="degraded", since=0.5, reported_at=0.5, shares={"v_max": 0.001})
     assert not rest_after(ARM, stood(rows=POSE, failures=(weak,)), KINEMATIC).feasible
     weak = replace(weak, shares={"v_max": 0.8})
     assert rest_after(ARM, stood(rows=POSE, failures=(weak,)), KINEMATIC).feasible

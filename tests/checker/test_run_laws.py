@@ -159,7 +159,7 @@ def test_locked_joint_that_moves_or_is_sent_to_move_is_found(which):
     still = {name: getattr(trace, name).copy() for name in ("q", "v", "sent_q", "sent_v")}
     still["q"][t >= 1.0, JOINT], still["v"][t >= 1.0, JOINT] = still["q"][100, JOINT], 0.0
     still["sent_q"][99:, JOINT], still["sent_v"][99:, JOINT] = still["q"][100, JOINT], 0.0
-    lock = Failure(joint=JOINT, kind="locked", since=1.0, told=1.0, jumps=True)
+    lock = Failure(joint=JOINT, kind="locked", since=1.0, reported_at=1.0, jumps=True)
     sound = replace(trace, **still, failures=[lock], target=ARM.tips(still["q"][:-1]))
     assert verdict(ARM, sound).laws == set()
     moved = getattr(sound, which).copy()
@@ -174,7 +174,7 @@ def test_blow_of_a_free_joint_on_its_end_stop_is_not_the_other_joints_doing(kind
     fallen = ARM.q_max[1] + (0.05 if outside else -0.5)
     q[100:, 1], v[100:151, 1], v[151:, 1] = fallen, 2.0, 0.0
     v[151, JOINT] = 3.0 * TOP
-    swings = Failure(joint=1, kind=kind, since=0.9, told=1.0)
+    swings = Failure(joint=1, kind=kind, since=0.9, reported_at=1.0)
     shaken = replace(trace, q=q, v=v, failures=[swings], status=["STOPPED"] * TICKS)
     assert verdict(ARM, shaken, PHYSICS).laws - {"braking"} == laws
 
@@ -187,7 +187,7 @@ def lock_with(sent, **changes):
     still["q"][t >= 1.0, JOINT], still["v"][t >= 1.0, JOINT] = still["q"][100, JOINT], 0.0
     still["sent_v"][99:199, JOINT] = 0.03
     still["sent_v"][199:, JOINT] = sent
-    lock = Failure(joint=JOINT, kind="locked", since=1.0, told=2.0, **changes)
+    lock = Failure(joint=JOINT, kind="locked", since=1.0, reported_at=2.0, **changes)
     return replace(trace, **still, failures=[lock], status=["LAGGING"] * TICKS)
 
 
@@ -210,9 +210,9 @@ def test_lock_that_another_failure_replaces_is_over():
 def test_weakened_joint_has_its_lower_limits_once_the_planner_knows():
     fast = float(np.abs(run().v).max())
     share = {"v_max": 0.9 * fast / TOP}
-    late = Failure(joint=JOINT, kind="degraded", since=0.0, told=0.0, shares=share)
+    late = Failure(joint=JOINT, kind="degraded", since=0.0, reported_at=0.0, shares=share)
     assert verdict(ARM, run(failures=[late])).laws == {"speed"}
-    never = Failure(joint=JOINT, kind="degraded", since=0.0, told=NEVER, shares=share)
+    never = Failure(joint=JOINT, kind="degraded", since=0.0, reported_at=NEVER, shares=share)
     assert verdict(ARM, run(failures=[never])).laws == set()
 
 
@@ -233,7 +233,9 @@ def test_claim_may_be_wrong_for_the_time_that_is_let_pass():
 @pytest.mark.parametrize(("share", "laws"), [(1.0, set()), (0.8, {"position"})])
 def test_joint_whose_limits_have_shrunk_may_pass_its_end_while_it_brakes_fully(share, laws):
     """Also in the tick in which it comes to rest and turns."""
-    weak = Failure(joint=JOINT, kind="degraded", since=0.0, told=0.0, shares={"v_max": 1.0, "a_max": 0.5})
+    weak = Failure(
+        joint=JOINT, kind="degraded", since=0.0, reported_at=0.0, shares={"v_max": 1.0, "a_max": 0.5}
+    )
     step = DT * 0.5 * ROBOT.limits.a_max[JOINT] * share
     t = np.arange(TICKS + 1)
     speed = np.maximum((20.8 - t) * step, -0.2 * step)
@@ -290,7 +292,7 @@ def test_point_that_begins_beyond_its_plane_may_come_back_but_not_go_on():
 
 @pytest.mark.parametrize(("joint", "laws"), [(JOINT - 1, set()), (JOINT + 1, {"plane"})])
 def test_point_that_a_freely_swinging_joint_moves_is_not_judged(joint, laws):
-    free = Failure(joint=joint, kind="free", since=0.0, told=NEVER)
+    free = Failure(joint=joint, kind="free", since=0.0, reported_at=NEVER)
     assert verdict(ARM, run(planes=[elbow(-0.001)], failures=[free])).laws == laws
 
 

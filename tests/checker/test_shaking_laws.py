@@ -38,7 +38,7 @@ def test_jolts_count_from_eleven_in_a_row_on_and_only_if_they_are_near(count, ev
 
 
 def test_joint_that_does_not_obey_is_not_judged_for_its_jolts():
-    free = Failure(joint=J, kind="free", since=0.0, told=np.inf)
+    free = Failure(joint=J, kind="free", since=0.0, reported_at=np.inf)
     assert not chatter(ARM, run(speeds=jolting(50), failures=[free]), PHYSICS).any()
 
 

@@ -24,11 +24,11 @@ def left(share, joint=1, **shares):
     """What is left of a joint's torque, as a share of what holds it against gravity."""
     load = abs(ARM.torques(ROBOT.neutral[None], np.zeros((1, 7)), np.zeros((1, 7)))[0, joint])
     part = {"tau_max": share * load / ARM.tau_max[joint]} | shares
-    return [Failure(joint=joint, kind="degraded", since=0.0, told=0.0, shares=part)]
+    return [Failure(joint=joint, kind="degraded", since=0.0, reported_at=0.0, shares=part)]
 
 
 def locked(*joints):
-    return [Failure(joint=i, kind="locked", since=-1.0, told=-1.0) for i in joints]
+    return [Failure(joint=i, kind="locked", since=-1.0, reported_at=-1.0) for i in joints]
 
 
 def broken(run):
@@ -51,7 +51,7 @@ def test_mass_matrix_and_bias_are_those_of_the_torques_with_rotors_and_friction(
 def test_torque_counts_under_relaxed_where_the_joints_could_have_kept_it(share, sinks, found):
     """With seven tenths of its load a joint has to sink, if it and the others may do so fast enough."""
     slow = [
-        Failure(joint=i, kind="degraded", since=0.0, told=0.0, shares={"a_max": sinks})
+        Failure(joint=i, kind="degraded", since=0.0, reported_at=0.0, shares={"a_max": sinks})
         for i in range(7)
         if i != 1
     ]
@@ -125,7 +125,9 @@ def test_end_stop_carries_a_joint_that_is_beyond_its_range():
     load = abs(ARM.torques(q[None], np.zeros((1, 7)), np.zeros((1, 7)))[0, 3])
     for place, found in ((q[3], False), (ARM.q_min[3] + 0.01, True)):
         q[3] = place
-        weak = Failure(joint=3, kind="degraded", since=0.0, told=0.0, shares={"tau_max": 0.7 * load / 87.0})
+        weak = Failure(
+            joint=3, kind="degraded", since=0.0, reported_at=0.0, shares={"tau_max": 0.7 * load / 87.0}
+        )
         assert broken(still(q=q, failures=[weak])) == found
 
 

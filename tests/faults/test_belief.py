@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.orders_on import orders_on
+from tests.commands_on import commands_on
 
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
@@ -33,11 +33,11 @@ class Held:
     """A belief and the record that it is written into."""
 
     def __init__(self, robot, session):
-        self.orders, self.belief = orders_on(session, robot), Belief(robot)
-        self.belief.write(self.orders)
+        self.commands, self.belief = commands_on(session, robot), Belief(robot)
+        self.belief.write(self.commands)
 
     def _hold(self, belief):
-        belief.write(self.orders, self.belief)
+        belief.write(self.commands, self.belief)
         self.belief = belief
 
     def report(self, fault):
@@ -130,7 +130,7 @@ def test_locking_a_degraded_joint_gives_its_limits_back(belief, K):
 def test_a_healthy_belief_forgets_every_fault(belief, K):
     belief.report(Locked(3))
     belief.report(Degraded(1, velocity=0.5))
-    Belief(PANDA).write(belief.orders)
+    Belief(PANDA).write(belief.commands)
     assert not K.faults.code[:7].any()
     np.testing.assert_array_equal(K.limits.v_max[:7], PANDA.limits.v_max)
 

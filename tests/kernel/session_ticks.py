@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from tests.orders_on import orders_on
+from tests.commands_on import commands_on
 
-from ftqp.control.planner.assembly import filled
+from ftqp.control.planner.assembly import make_session
 from ftqp.control.planner.mounted_robot import braking_reserve
 from ftqp.control.task import bounds, schemes
 from ftqp.control.task.resolvers import Resolver
@@ -50,14 +50,14 @@ class Ticks:
         assert not isinstance(chosen, Resolver)
         criterion = chosen.at(level)
         self.robot, self.posture = robot, posture
-        self.session: Session = filled(
+        self.session: Session = make_session(
             robot, self.task, criterion, bounds.by_name("viability"), None, level=level, dt=dt
         )
         self.K = K = self.session.K
         self.belief = Belief(robot)
         for fault in faults:
             self.belief = self.belief.reported(fault)
-        self.belief.write(orders_on(self.session, robot, torque_limits=torque_limits))
+        self.belief.write(commands_on(self.session, robot, torque_limits=torque_limits))
         n, limits = robot.nv, K.limits
         limits.dynamic = torque_limits or criterion.needs_inertia or self.belief.needs_dynamics
         reserve = braking_reserve(robot) if torque_limits else None

@@ -8,12 +8,12 @@ import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 from tests.arm_at import arm_at
-from tests.orders_on import orders_on
+from tests.commands_on import commands_on
 from tests.papers.jin2017 import START, Run, run
 
 import ftqp
 from ftqp import EmergencyStop, Locked, StepStatus
-from ftqp.control.planner.assembly import filled
+from ftqp.control.planner.assembly import make_session
 from ftqp.control.planner.mounted_robot import braking_reserve
 from ftqp.core.checks import FloatArray
 from ftqp.faults.belief import Belief
@@ -191,9 +191,9 @@ def interval_session(planner: ftqp.Planner) -> Session:
     """A session that makes the intervals of a healthy planner, and counts those that came out empty."""
     robot, level = planner.robot, planner.level
     criterion = ftqp.schemes.mvn().at(level)
-    session = filled(robot, planner.task, criterion, planner.bounds, None, level=level, dt=planner.dt)
+    session = make_session(robot, planner.task, criterion, planner.bounds, None, level=level, dt=planner.dt)
     limits = session.K.limits
-    Belief(robot).write(orders_on(session, robot))
+    Belief(robot).write(commands_on(session, robot))
     a_max, tau_max = robot.limits.a_max, robot.limits.tau_max
     limits.a_brake[: robot.nv] = braking_reserve(robot).share(a_max, tau_max) * a_max
     return session

@@ -17,11 +17,11 @@ robot = {{ name = "{4}" }}
 planner = {{ level = "{5}", dt = {6}, scheme = "{7}", task = {{ mode = "scaled" }} }}
 start = {{ q = {8} }}
 """
-AT_THE_EDGE_OF_CALM = CIRCLE.format(
+AT_THE_EDGE_OF_SETTLING = CIRCLE.format(
     0.8699736066319688, 0.02961755146142744, 3, 0.1266030602370072, "panda", "velocity", 0.01, "mvn",
     [-0.476501775, -0.315315497, 0.437455395, -2.12082182, 0.787851459, 1.438808852, 0.166627499],
 )  # fmt: skip
-IN_CALM = CIRCLE.format(
+WHILE_SETTLING = CIRCLE.format(
     1.1503443730551477, 0.011216971255442616, 3, 0.3659886619587085, "panda", "velocity", 0.01, "rmp",
     [-0.849837062, -0.392857725, 0.689004182, -2.189137305, 0.502208121, 1.635162226, 0.568881059],
 )  # fmt: skip
@@ -196,7 +196,7 @@ q = [
 }
 
 
-@pytest.mark.parametrize("scenario", [AT_THE_EDGE_OF_CALM, IN_CALM, OUT_OF_REACH])
+@pytest.mark.parametrize("scenario", [AT_THE_EDGE_OF_SETTLING, WHILE_SETTLING, OUT_OF_REACH])
 def test_no_joint_jolts_where_a_path_waits_near_a_singularity(scenario: str) -> None:
     """Paths that waited in mode ``scaled`` went to and fro, and the joints with them at full acceleration."""
     assert not broken_laws(scenario), "before, 4, 15 and 5 jolts at full acceleration in a row too many"

@@ -55,5 +55,5 @@ def test_a_slow_arm_on_a_long_way_does_not_swing():
     planner = ftqp.Planner(robot, DT, level="velocity", task=task, emergency=None)
     moving = speeds(planner, robot.neutral, beside(robot, (-1.8, -1.9, 0.0)), 4.0)
     K = planner.session().K
-    assert moving[round(3.0 / DT) :].max() > 0.5 and K.calm.stood > 3.5
-    assert K.calm.hushed == 0
+    assert moving[round(3.0 / DT) :].max() > 0.5 and K.settling.stood > 3.5
+    assert K.settling.gradient_suppressed == 0

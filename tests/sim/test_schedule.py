@@ -30,7 +30,7 @@ def test_announcement_is_at_once_later_or_never():
     schedule = Schedule(
         [FaultEvent(1.0, fault), FaultEvent(1.0, FreeSwinging(1), 1.5), FaultEvent(1.0, Degraded(2), "never")]
     )
-    assert [event.told for event in schedule] == [1.0, 1.5, None]
+    assert [event.reported_at for event in schedule] == [1.0, 1.5, None]
     assert {k: len(events) for k, events in schedule.failing(0.1).items()} == {10: 3}
     assert {k: [e.fault.joint for e in events] for k, events in schedule.announced(0.1).items()} == {
         10: [0],

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, final
+from warnings import warn
 
 import numpy as np
 
@@ -12,9 +13,9 @@ from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
 
-DOUBT = 0.5
+INITIAL_DEVIATION = 0.5
 """Standard deviation of an effectiveness before anything was seen; a failed joint has 0, a healthy one 1."""
-MOST_DOUBT = 1.0
+LARGEST_DEVIATION = 1.0
 """Standard deviation of an effectiveness of which nothing was seen for long."""
 DRIFT = 0.03
 """How far an effectiveness may have moved after a second, as a standard deviation [1/sqrt(s)]."""
@@ -52,7 +53,7 @@ class Effectiveness:
         self._step = positive("drift", drift, "1/sqrt(s)") ** 2 * self._dt
         self._noise = 2.0 * non_negative("noise", noise, "m") ** 2 + LEAST**2
         self._theta = np.ones(joints)
-        self._P = DOUBT**2 * np.eye(joints)
+        self._P = INITIAL_DEVIATION**2 * np.eye(joints)
 
     @property
     def theta(self) -> FloatArray:
@@ -87,7 +88,7 @@ class Effectiveness:
         self._theta = self._theta + gain @ (seen - column @ self._theta)
         kept = np.eye(n) - gain @ column
         self._P = kept @ self._P @ kept.T + gain @ R @ gain.T + self._step * np.eye(n)
-        least = np.minimum(1.0, MOST_DOUBT / self.deviation)
+        least = np.minimum(1.0, LARGEST_DEVIATION / self.deviation)
         self._P *= np.outer(least, least)
 
 
@@ -218,6 +219,11 @@ class LearnedRun:
     theta: FloatArray
 
     def settled(self, within: float) -> float | None:
+        """`settling_time`, as it was called before 0.5."""
+        warn("settled() is called settling_time() now", DeprecationWarning, stacklevel=2)
+        return self.settling_time(within)
+
+    def settling_time(self, within: float) -> float | None:
         """When |e| fell below a bound for good [s]; None where it did not.
 
         Args:

@@ -54,9 +54,9 @@ def detection(
             (alarm for alarm in alarms if alarm.joint == failure.joint and alarm.at >= failure.since),
             key=lambda one: one.at,
         )
-        if not its and np.isfinite(failure.told):
+        if not its and np.isfinite(failure.reported_at):
             continue
-        if its and its[0].at >= failure.told:
+        if its and its[0].at >= failure.reported_at:
             continue
         unannounced += 1
         showed += bool(its) or failure in visible

@@ -86,7 +86,7 @@ def obedience(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     known = np.zeros_like(away, dtype=np.bool_)
     t = run.t
     for failure in run.failures:
-        known[t >= failure.told, failure.joint] = True
+        known[t >= failure.reported_at, failure.joint] = True
     return _lasting(np.where(claimed & ~known, away, 0.0), max(strict.grace, 0.05), run.dt)
 
 

@@ -27,10 +27,10 @@ def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]
     for failure in run.failures:
         fails = (t >= failure.since - 0.5 * run.dt) & (t < failure.until - 0.5 * run.dt)
         if failure.kind == "degraded":
-            knows = fails & (t >= failure.told - TELLING)
+            knows = fails & (t >= failure.reported_at - TELLING)
             for name, share in failure.shares.items():
                 limits[name][knows, failure.joint] *= share
-            fails &= ~knows & (failure.told > failure.since)
+            fails &= ~knows & (failure.reported_at > failure.since)
         obeys[fails, failure.joint] = False
     return obeys, limits
 
@@ -63,7 +63,7 @@ def _locks(run: Trace) -> BoolArray:
     result = np.zeros(len(t), dtype=np.bool_)
     for failure in run.failures:
         if failure.jumps:
-            for moment in (failure.since, failure.told):
+            for moment in (failure.since, failure.reported_at):
                 result |= np.abs(t - moment) < 1.5 * run.dt
     for begin, _ in run.holds:
         result |= np.abs(t - begin) < 1.5 * run.dt
@@ -85,7 +85,7 @@ def _blows(arm: ModelFile, run: Trace) -> BoolArray:
     return result
 
 
-def told_anew(obeys: BoolArray, limits: dict[str, FloatArray]) -> BoolArray:
+def reported_anew(obeys: BoolArray, limits: dict[str, FloatArray]) -> BoolArray:
     """Ticks from which a joint has other limits than before, or obeys for the first time, (K, nv)."""
     result = np.zeros_like(obeys)
     result[0] = True

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.checker.joint_health import health, jumps, thrown, told_anew
+from ftqp.checker.joint_health import health, jumps, reported_anew, thrown
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.trace import Failure, Strictness, Trace
 from ftqp.core.checks import BoolArray, FloatArray
@@ -31,7 +31,7 @@ def speed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     result = np.zeros(obeys.shape)
     if not (obeys & (v[1:] > (1.0 + strict.speed) * v_max)).any():
         return result
-    fresh, blow = told_anew(obeys, limits), thrown(arm, run, strict)
+    fresh, blow = reported_anew(obeys, limits), thrown(arm, run, strict)
     given = np.zeros(v.shape[1])
     for k in range(len(result)):
         given = np.where(fresh[k], np.maximum(given, v[k]), given)
@@ -66,7 +66,7 @@ def position(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     late = missing_way(run.q[:-1], run.v[:-1], limits, run) > 0.0
     slower = np.sign(run.v[:-1]) * (run.v[:-1] - run.v[1:]) / run.dt
     excused = ~obeys | (late & (slower >= limits["a_max"] * (1.0 - FULLY)))
-    return _beyond(now, then, told_anew(obeys, limits), excused, strict.position)
+    return _beyond(now, then, reported_anew(obeys, limits), excused, strict.position)
 
 
 def braking(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
@@ -84,7 +84,7 @@ def braking(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     if not (obeys & (then > let)).any():
         return np.zeros(obeys.shape)
     excused = ~obeys | thrown(arm, run, strict)[:, None]
-    return _beyond(now, then, told_anew(obeys, limits), excused, let)
+    return _beyond(now, then, reported_anew(obeys, limits), excused, let)
 
 
 def _beyond(now: FloatArray, then: FloatArray, fresh: Any, excused: Any, let: float) -> FloatArray:
@@ -214,7 +214,7 @@ def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
         moved = np.zeros(len(t))
         if stood.any() and not failure.slips:
             moved = np.where(stood, np.abs(run.q[1:, i] - run.q[int(np.argmax(stood)), i]), 0.0)
-        knows = stood & (t > failure.told + strict.grace)
+        knows = stood & (t > failure.reported_at + strict.grace)
         sent = np.where(knows, np.abs(run.sent_v[:, i]) - _ramp(run, failure, t), 0.0)
         sent = np.where(knows, run.dt * np.cumsum(np.maximum(sent, 0.0)), 0.0)
         result[:, i] = np.maximum(result[:, i], np.maximum(moved, sent) - strict.creep)
@@ -240,9 +240,9 @@ def _ramp(run: Trace, failure: Failure, t: Any) -> Any:
     A planner that was told late brings its own command to rest as it was told that the joint does, from what
     it observed last, which need not be quite at rest.
     """
-    if not np.isfinite(failure.deceleration) or not np.isfinite(failure.told):
+    if not np.isfinite(failure.deceleration) or not np.isfinite(failure.reported_at):
         return 0.0
-    first = int(np.searchsorted(t, failure.told - 0.5 * run.dt))
+    first = int(np.searchsorted(t, failure.reported_at - 0.5 * run.dt))
     if first == 0 or first >= len(t):
         return 0.0
     left = abs(run.sent_v[first - 1, failure.joint]) - failure.deceleration * (t - t[first - 1])

@@ -184,10 +184,10 @@ def _begins(arm: ModelFile, run: Trace, strict: Strictness) -> int | None:
     """The tick from which the joints left have the task for themselves."""
     k, t = 0, run.t
     for failure in run.failures:
-        told = failure.kind in ("locked", "degraded") and np.isfinite(failure.told)
-        if not told or np.isfinite(failure.until):
+        counts = failure.kind in ("locked", "degraded") and np.isfinite(failure.reported_at)
+        if not counts or np.isfinite(failure.until):
             return None
-        there = t > max(failure.told, failure.since)
+        there = t > max(failure.reported_at, failure.since)
         if failure.kind == "locked":
             there &= stands(arm, run, strict, failure)
         if not there.any():

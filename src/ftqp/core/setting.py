@@ -148,8 +148,8 @@ def _keys_of(owner: Any) -> Mapping[str, Key]:
 
 def words_of(owner: type[Any], name: str) -> str:
     """What docstrings say of an argument: their first clause, and what it is if it is not given."""
-    told = (cleandoc(kind.__doc__ or "") for kind in (*owner.__mro__, getattr(owner, "explained_by", object)))
-    found = (re.search(rf"^    {name}: (.*(?:\n        .*)*)", doc, re.MULTILINE) for doc in told)
+    docs = (cleandoc(kind.__doc__ or "") for kind in (*owner.__mro__, getattr(owner, "explained_by", object)))
+    found = (re.search(rf"^    {name}: (.*(?:\n        .*)*)", doc, re.MULTILINE) for doc in docs)
     entry = next((match[1] for match in found if match), "")
     text = re.sub(r" \[[^]]*\]", "", " ".join(entry.split()).replace("``", "'"))  # units stand beside it
     absent = re.search(r"(?:^|[.;] )None(?: is|:) (.+?)(?:[.;:] |[.;]?$)", text)

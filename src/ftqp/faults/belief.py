@@ -18,7 +18,7 @@ from ftqp.faults.kinds import (
     not_served,
     refuse_unknown,
 )
-from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.planner_commands import PlannerCommands
 from ftqp.kernel.layout.other_records import IS_LOCKED_NOW, SWINGS_NOW
 from ftqp.kernel.layout.record import dtype
 from ftqp.model.robot import Robot
@@ -83,13 +83,13 @@ class Belief:
             return self
         return self._but({j: fault for j, fault in self._faults.items() if j != i})
 
-    def write(self, orders: Orders, before: "Belief | None" = None) -> None:
+    def write(self, commands: PlannerCommands, before: "Belief | None" = None) -> None:
         """Tell a record what follows from the belief; as often as one likes, before the next tick."""
         for i in range(self._robot.nv):
             was, fault = (None if before is None else before._faults.get(i)), self._faults.get(i)
             if before is not None and was == fault:
                 continue
-            orders.believe(fault_record(i, fault), isinstance(was, Locked))
+            commands.believe(fault_record(i, fault), isinstance(was, Locked))
 
     def _of_leader(self, fault: Fault) -> Fault:
         """The fault as it is of the joint whose motor it concerns."""

@@ -102,10 +102,10 @@ def robot_fields(
     findings += audit.friction_findings(chain.names, arm.damping, arm.friction, bounds)
     audit.refuse_unsafe(arm.name, findings)
     led = is_led(chain)
-    told = given.get("a_max", ())
-    told = told if isinstance(told, Mapping) or "a_max" not in given else chain.names
+    stated = given.get("a_max", ())
+    stated = stated if isinstance(stated, Mapping) or "a_max" not in given else chain.names
     guessed = [
-        i for i, name in enumerate(chain.names) if not (led[i] or "a_max" in written[i] or name in told)
+        i for i, name in enumerate(chain.names) if not (led[i] or "a_max" in written[i] or name in stated)
     ]
     if guessed:
         findings.append(_guess(arm, chain, bounds, guessed))
@@ -176,10 +176,10 @@ def _without_unknown_torques(
 
     Torques are used where the arm has masses and a joint has a limit of them: then 0 is refused later.
     """
-    told = given.get("tau_max", {})
-    told = told if isinstance(told, Mapping) else chain.names
+    stated = given.get("tau_max", {})
+    stated = stated if isinstance(stated, Mapping) else chain.names
     tau, motors = limits.tau_max, ~is_led(chain)
-    missing = motors & (np.isnan(tau) | (tau == 0.0)) & ~np.isin(chain.names, list(told))
+    missing = motors & (np.isnan(tau) | (tau == 0.0)) & ~np.isin(chain.names, list(stated))
     heavy = has_masses(arm)
     if heavy and (np.isfinite(tau) & (tau != 0.0))[motors].any():
         return limits, []

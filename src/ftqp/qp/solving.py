@@ -70,8 +70,8 @@ def checked(problem: QP, solver: Backend, buffers: QPBuffers, claim: Claim) -> S
     elif (certificate := infeasibility(problem)) is not None:
         status = SolveStatus.INFEASIBLE
     else:
-        told = claim in (Claim.MAX_ITERATIONS, Claim.OUT_OF_TIME)
-        status = SolveStatus[claim.name] if told else SolveStatus.FAILED
+        known = claim in (Claim.MAX_ITERATIONS, Claim.OUT_OF_TIME)
+        status = SolveStatus[claim.name] if known else SolveStatus.FAILED
     return Solution(
         x=x, y=y, z=z, z_box=z_box, status=status, iterations=solver.iterations, residuals=found,
         backend=solver.name, certificate=certificate,

@@ -280,7 +280,7 @@ class LedArm(Generic[LeaderT]):
         if self.sensors is not None:
             self.sensors.reset()
 
-    def think(self, k: int) -> Made:
+    def plan_step(self, k: int) -> Made:
         """Take aim, measure, and let the planner step; the arm stays where it is until ``plant.advance``."""
         leader, plant, sensors = self.leader, self.plant, self.sensors
         leader.aim(k, plant.q)

@@ -279,7 +279,7 @@ class Simulation:
         self._schedule = Schedule() if schedule is None else schedule
         for event in self._schedule:
             robot.joint(event.fault.joint)
-            if isinstance(event.fault, FreeSwinging) and event.told is not None:
+            if isinstance(event.fault, FreeSwinging) and event.reported_at is not None:
                 robot.refuse_tree(SWINGS)
         self._plant = KinematicPlant(robot, planner.dt, planner.level) if plant is None else plant
         instance("plant", self._plant, Plant, "a plant, for example ftqp.MujocoPlant(robot, dt, servo)")
@@ -373,7 +373,7 @@ class Simulation:
                 "broken": result.broken,
                 "path_finished": self._leader.standing.finished,
                 "blocked": result.blocked,
-                "detections": None if self._planner.diagnosis is None else _told(self._planner),
+                "detections": None if self._planner.diagnosis is None else _findings(self._planner),
                 "learned": None if (found := self._planner.learned) is None else found.facts(),
             }
         )
@@ -389,7 +389,7 @@ class Simulation:
 
     def _tick(self, k: int, recorder: TickRecorder | None) -> int:
         """One tick, and the arm moves on; the code of its status."""
-        made = self._arm.think(k)
+        made = self._arm.plan_step(k)
         if recorder is not None:
             recorder.write(k * self._planner.dt, self._plant.q, self._plant.v, *made)
         code = made.step.code
@@ -402,7 +402,7 @@ class Simulation:
         failing, announced = self._schedule.failing(dt), self._schedule.announced(dt)
         counts = np.zeros(len(StepStatus), dtype=np.int64)
         done, stopped_at, code = 0, None, None
-        told = clock.now()
+        said_last = clock.now()
         interrupted = False
         runner = BlockRunner(planner, leader, plant, recorder, measured=self._sensors is not None)
         events = sorted({*failing, *announced, self._last + 1})
@@ -427,8 +427,8 @@ class Simulation:
                     counts[code] += 1
                     if stopped_at is None and _STOPS[code]:
                         stopped_at = k * dt
-                if self._progress is not None and clock.now() - told > PROGRESS_PERIOD:
-                    told = clock.now()
+                if self._progress is not None and clock.now() - said_last > PROGRESS_PERIOD:
+                    said_last = clock.now()
                     self._progress(done, self._last + 1)
                 if leader.standing.over or plant.failure is not None:
                     break
@@ -459,7 +459,7 @@ def _file(log: str | File | LogParts, signals: Sequence[Column], about: Mapping[
     return PartedLog(log, signals, about) if isinstance(log, LogParts) else LogWriter(log, signals, about)
 
 
-def _told(planner: Planner) -> list[dict[str, Any]]:
+def _findings(planner: Planner) -> list[dict[str, Any]]:
     """What the planner's detector found, for the log."""
     rows = [asdict(one) | {"kinds": sorted(one.kinds)} for one in planner.findings]
     return [{key: None if value != value else value for key, value in row.items()} for row in rows]

@@ -166,7 +166,7 @@ def ride(
     plant: Plant,
     sensors: JointSensors | None = None,
     schedule: Schedule | None = None,
-    told: bool = False,
+    reported: bool = False,
     duration: float | None = None,
 ) -> Ride:
     """Let a rival lead an arm from q along the path; the plant and the sensors begin anew."""
@@ -183,7 +183,7 @@ def ride(
     for k in range(count):
         for event in failing.get(k, ()):
             plant.fail(event.fault)
-            if told:
+            if reported:
                 rival.tell(event.fault.joint)
         measured = plant.q
         if sensors is not None:

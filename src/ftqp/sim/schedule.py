@@ -49,9 +49,9 @@ class FaultEvent:
         refuse_unknown(parts["fault"])
         object.__setattr__(self, "fault", parts["fault"])
         object.__setattr__(self, "at", non_negative("time of the fault", parts["at"], "s"))
-        object.__setattr__(self, "announced", self._told_at(parts.get("announced")))
+        object.__setattr__(self, "announced", self._reported_at(parts.get("announced")))
 
-    def _told_at(self, announced: Any) -> Announced:
+    def _reported_at(self, announced: Any) -> Announced:
         """When the planner is told, checked."""
         if announced is None or announced == "never":
             return cast("Announced", announced)
@@ -60,16 +60,22 @@ class FaultEvent:
                 f"announcement of the fault is {announced!r}, expected a time in s, "
                 "'never', or None for at once"
             )
-        told = non_negative("announcement of the fault", announced, "s")
-        if told < self.at - TIME_SLACK:
+        reported_at = non_negative("announcement of the fault", announced, "s")
+        if reported_at < self.at - TIME_SLACK:
             raise InputError(
-                f"fault of joint {self.fault.joint} at {self.at:g} s is announced at {told:g} s, "
+                f"fault of joint {self.fault.joint} at {self.at:g} s is announced at {reported_at:g} s, "
                 "expected no earlier than it happens"
             )
-        return told
+        return reported_at
 
     @property
     def told(self) -> float | None:
+        """`reported_at`, as it was called before 0.5."""
+        warn("FaultEvent.told is called reported_at now", DeprecationWarning, stacklevel=2)
+        return self.reported_at
+
+    @property
+    def reported_at(self) -> float | None:
         """When it is reported to the planner [s], or ``None`` if never."""
         if self.announced == "never":
             return None
@@ -140,8 +146,8 @@ class Schedule:
         Args:
             dt: sampling period [s].
         """
-        told = [(event.told, event) for event in self.events if event.told is not None]
-        return _by_tick(sorted(told, key=lambda pair: pair[0]), dt)
+        reported_at = [(event.reported_at, event) for event in self.events if event.reported_at is not None]
+        return _by_tick(sorted(reported_at, key=lambda pair: pair[0]), dt)
 
 
 def _by_tick(pairs: Iterable[tuple[Any, FaultEvent]], dt: float) -> dict[int, list[FaultEvent]]:

@@ -46,7 +46,16 @@ class Spare:
     """
 
     __slots__ = (
-        "_hot", "_joint", "_keeps", "_mean", "_planner", "_rests", "_share", "_since", "_still", "_told",
+        "_given",
+        "_hot",
+        "_joint",
+        "_keeps",
+        "_mean",
+        "_planner",
+        "_rests",
+        "_share",
+        "_since",
+        "_still",
         "_warm",
     )  # fmt: skip
 
@@ -67,7 +76,7 @@ class Spare:
         self._still = float(still)
         self._keeps = 0.0 if over is None else exp(-planner.dt / positive("over", over, "s"))
         self._mean: float | None = None
-        self._share = self._told = 1.0
+        self._share = self._given = 1.0
         self._since = ONCE_IN
         self._rests = False
 
@@ -94,11 +103,11 @@ class Spare:
         later = mean + HYSTERESIS * (self._hot - self._warm)
         self._share = min(max(self._share, self._share_at(later)), self._share_at(mean))
         rested, self._rests = self._rests, mean > self._hot
-        told = self._report(mean)
+        report = self._report(mean)
         if self._rests and not rested:
             why = f"{self._joint} is at {mean:.3g}, hot is {self._hot:g}: rest it"
             return Verdict(self._joint, self._fault(), GOES_ON, why, REST)
-        return told
+        return report
 
     def _share_at(self, value: float) -> float:
         """The share that is left at a value."""
@@ -113,13 +122,13 @@ class Spare:
         """Tell the planner where the share has moved far enough, and nothing else stands of the joint."""
         present = self._planner.faults.get(self._joint)
         if present is None:  # somebody has withdrawn what was told
-            self._told = 1.0
-        moved = abs(self._share - self._told) >= LEAST_CHANGE - 1e-9
-        ends = self._share in (1.0, self._still) and self._share != self._told
-        mine = Degraded(self._joint, velocity=self._told, torque=self._told) if self._told < 1.0 else None
+            self._given = 1.0
+        moved = abs(self._share - self._given) >= LEAST_CHANGE - 1e-9
+        ends = self._share in (1.0, self._still) and self._share != self._given
+        mine = Degraded(self._joint, velocity=self._given, torque=self._given) if self._given < 1.0 else None
         if not (moved or ends) or self._since < ONCE_IN - 1e-9 or present != mine:
             return None
-        self._since, self._told, fault = 0.0, self._share, self._fault()
+        self._since, self._given, fault = 0.0, self._share, self._fault()
         if fault is None:
             self._planner.withdraw(self._joint)
         else:

@@ -286,28 +286,28 @@ def table(name: str) -> Table:
     """
     if name not in names():
         raise unknown("table", name, "ftqp.vendors", names())
-    told = tomllib.loads(files(__package__).joinpath("tables", f"{name}.toml").read_text("utf-8"))
-    words = {key: _word(word) for key, word in told.pop("words").items()}
+    data = tomllib.loads(files(__package__).joinpath("tables", f"{name}.toml").read_text("utf-8"))
+    words = {key: _word(word) for key, word in data.pop("words").items()}
     recovery = {
-        key: tuple(RecoveryStep(*one) for one in steps) for key, steps in told.pop("recovery").items()
+        key: tuple(RecoveryStep(*one) for one in steps) for key, steps in data.pop("recovery").items()
     }
     return Table(
         name=name, words=MappingProxyType(words), recovery=MappingProxyType(recovery),
-        sources=tuple(told.pop("sources")), joints=told.pop("joints", None), block=told.pop("block", None),
-        temperature=told.pop("temperature")["where"], **told,
+        sources=tuple(data.pop("sources")), joints=data.pop("joints", None), block=data.pop("block", None),
+        temperature=data.pop("temperature")["where"], **data,
     )  # fmt: skip
 
 
-def _word(told: dict[str, Any]) -> Word:
+def _word(data: dict[str, Any]) -> Word:
     """A word of a table's file."""
-    rows = tuple(_row(row) for row in told.pop("rows"))
-    return Word(rows=rows, **told)
+    rows = tuple(_row(row) for row in data.pop("rows"))
+    return Word(rows=rows, **data)
 
 
-def _row(told: dict[str, Any]) -> Row:
+def _row(data: dict[str, Any]) -> Row:
     """A row of a table's file: ``bit = 1``, or ``is = 1`` or ``is = [1, 2]`` in the bits of ``mask``."""
-    if "bit" in told:
-        return Row(values=(told.pop("bit"),), mask=None, **told)
-    values = told.pop("is")
-    mask = told.pop("mask", ALL_BITS)
-    return Row(values=tuple(values) if isinstance(values, list) else (values,), mask=mask, **told)
+    if "bit" in data:
+        return Row(values=(data.pop("bit"),), mask=None, **data)
+    values = data.pop("is")
+    mask = data.pop("mask", ALL_BITS)
+    return Row(values=tuple(values) if isinstance(values, list) else (values,), mask=mask, **data)

@@ -66,7 +66,7 @@ def test_every_wrong_name_is_told_at_once(short: Path) -> None:
         combinations(
             [str(short), "panda-cirle"], ["planner.dt=0"], backends="dacqp,osqp,osqp,", schemes="mnv"
         )
-    told = "\n".join(caught.value.errors)
+    summary = "\n".join(caught.value.errors)
     for words in (
         "--schemes: 'mnv' is not a scheme (did you mean 'mvn'?)",
         "--backends: 'dacqp' is not a backend of ftqp (did you mean 'daqp'?)",
@@ -75,7 +75,7 @@ def test_every_wrong_name_is_told_at_once(short: Path) -> None:
         "panda-cirle: panda-cirle is neither a file nor a bundled scenario",
         "short: planner.dt is 0",
     ):
-        assert words in told
+        assert words in summary
     assert len(caught.value.errors) == 6
 
 

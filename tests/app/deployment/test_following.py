@@ -8,7 +8,7 @@ from tests.app.deployment.test_library import MISTAKES, Library, fault_of, numbe
 
 import ftqp
 from ftqp.app.deployment.arm_file import arm_file
-from ftqp.app.deployment.built_folder import Wanted, build_folder
+from ftqp.app.deployment.built_folder import BuildRequest, build_folder
 
 PANDA = ftqp.robots.load("panda")
 DT = 1e-3
@@ -46,7 +46,7 @@ def built(tmp_path_factory):
     """A library with a path."""
     folder = tmp_path_factory.mktemp("following") / "built"
     wanted = {"planner": made(), "name": "panda", "target": "host", "cpu": None, "embed": False}
-    build_folder(Wanted(**wanted, folder=folder, path=PATH))
+    build_folder(BuildRequest(**wanted, folder=folder, path=PATH))
     assert "#define FTQP_ARM_PATH_DURATION 0.6" in (folder / "arm.h").read_text()
     return folder
 

@@ -9,7 +9,7 @@ from ftqp.app.schema.reading import read
 from ftqp.core.errors import ScenarioError
 
 
-def told(**changes: Any) -> tuple[str, ...]:
+def reported_at(**changes: Any) -> tuple[str, ...]:
     """What is said of a valid scenario with changes."""
     content: dict[str, Any] = {
         "robot": {"name": "panda"},
@@ -54,23 +54,23 @@ SENTENCES: list[tuple[dict[str, Any], str]] = [
 
 
 def test_a_valid_scenario_has_no_errors() -> None:
-    assert told() == ()
+    assert reported_at() == ()
 
 
 @pytest.mark.parametrize(("changes", "beginning"), SENTENCES, ids=[text for _, text in SENTENCES])
 def test_what_is_wrong_is_one_sentence_with_its_place(changes: dict[str, Any], beginning: str) -> None:
-    (sentence,) = told(**changes)
+    (sentence,) = reported_at(**changes)
     assert sentence.startswith(beginning)
 
 
 def test_tables_given_as_values_are_refused() -> None:
-    sentences = told(robot=3, path="circle", planner=[], faults=3)
+    sentences = reported_at(robot=3, path="circle", planner=[], faults=3)
     assert [sentence.partition(" ")[0] for sentence in sentences] == ["robot", "planner", "path", "faults"]
     assert all("expected a table" in sentence or "expected a list" in sentence for sentence in sentences)
 
 
 def test_all_errors_are_told_at_once() -> None:
-    sentences = told(
+    sentences = reported_at(
         robot={"name": "panda", "tipp": "x"},
         planner={"dt": 0, "level": "x"},
         start={"q": [0.0, "a"]},
@@ -86,6 +86,6 @@ def test_all_errors_are_told_at_once() -> None:
 
 
 def test_a_flood_of_errors_is_cut_short() -> None:
-    sentences = told(**{f"key{index}": 1 for index in range(1000)})
+    sentences = reported_at(**{f"key{index}": 1 for index in range(1000)})
     assert len(sentences) == 101
     assert sentences[-1] == "and 900 more"

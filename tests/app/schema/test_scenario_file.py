@@ -193,7 +193,7 @@ def test_faults_keep_their_announcements() -> None:
     )
     events = list(made.schedule)
     assert [event.at for event in events] == [0.1, 0.2, 0.5]
-    assert [event.told for event in events] == [0.1, 0.3, None]
+    assert [event.reported_at for event in events] == [0.1, 0.3, None]
     assert events[0].fault == ftqp.FreeSwinging(1, damping=2.0)
     assert events[1].fault == ftqp.Degraded(0, velocity=0.5)
 

@@ -105,7 +105,7 @@ def test_huge_and_jumping_twists_stay_within_the_limits():
 def test_nothing_winds_up_when_the_operator_pushes_out_of_reach(level):
     """Two seconds and a half outwards, then back: the tip turns round at once."""
     out = np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
-    # in calm the arm folds into its limits on the way back: docs/theory/calm.md, "What is not solved"
+    # in calm the arm folds into its limits on the way back: docs/theory/settling.md, "What is not solved"
     follower = follower_of(level, task=ftqp.Task(rows="position", calm=False))
     steps, _, statuses = run(follower, lambda k: ftqp.Target(twist=out if k < 1200 else -out, stamp=k), 3.8)
     assert ftqp.TargetStatus.WAITING in statuses

@@ -39,8 +39,8 @@ def walled(start=LEFT, **given):
 
 def thought(planner, looks=50, **goal):
     ways = Ways(planner, LEFT, **goal)
-    while ways.is_thinking:
-        ways.think(looks)
+    while ways.is_searching:
+        ways.search_step(looks)
     return ways
 
 
@@ -202,8 +202,8 @@ def test_pose_just_out_of_reach_has_a_posture_within_the_tolerances_and_none_wit
     goal[:2, 3] *= 0.8005 / 0.8
     for tolerance, postures in (((1e-3, 1.0), True), ((1e-6, 1.0), False)):
         ways = Ways(planner, goal=goal, rows=("x", "y"), tolerance=tolerance)
-        while ways.is_thinking:
-            ways.think(500)
+        while ways.is_searching:
+            ways.search_step(500)
         assert (ways.stage is WayStage.READY) == postures
     assert ways.sentence == "no posture was found in 600 starts"
 
@@ -231,8 +231,8 @@ def test_way_in_a_tube_keeps_the_tip_where_it_is():
     while (node := ways.explore(50)) is None or np.abs(ways.place(node) - LEFT).max() < 0.5:
         assert ways.looks < 40_000
     ways.lead_to(node)
-    while ways.is_thinking:
-        ways.think(50)
+    while ways.is_searching:
+        ways.search_step(50)
     off = [np.linalg.norm(PANDA.pose(q)[:3, 3] - here[:3, 3]) for q in ways.motion[::10]]
     assert max(off) < 2.5e-3 and np.abs(ways.motion[-1] - LEFT).max() > 0.45
 
@@ -251,8 +251,8 @@ def test_ways_on_the_spot_are_found_exactly_where_a_curve_of_the_self_motion_joi
                 all((np.abs(q - end).max(axis=1) < 0.06).any() for end in (here, posture.q)) for q in curves
             ]
             ways = Ways(planner, here, goals=[posture.q], tube=pose[None], most=20_000)
-            while ways.is_thinking:
-                ways.think(500)
+            while ways.is_searching:
+                ways.search_step(500)
             assert ways.has_way == any(joins)
             seen.add(any(joins))
     assert seen == {True, False}
@@ -261,7 +261,7 @@ def test_ways_on_the_spot_are_found_exactly_where_a_curve_of_the_self_motion_joi
 def test_no_looks_and_no_joints_are_no_error():
     planner, _ = walled()
     ways = Ways(planner, LEFT, goals=[RIGHT])
-    assert ways.think(0) is WayStage.GROWING and int(ways.W.places) == 0
+    assert ways.search_step(0) is WayStage.GROWING and int(ways.W.places) == 0
     for joint in PANDA.joints:
         planner.report(ftqp.Locked(joint, mode="instant"))
     goto = ftqp.GoTo(planner, q=RIGHT)

@@ -49,7 +49,7 @@ def agreement(planner, session=None):
     for fault in faults.values():
         healthy = healthy.reported(fault)
     copy = session.copy()
-    healthy.write(planner._parts.orders.on(copy))
+    healthy.write(planner._parts.commands.on(copy))
     expected = copy.K
     found = []
     for i, name in enumerate(PANDA.joints):

@@ -44,7 +44,7 @@ def test_friction_and_load_are_told_apart(rubbing):
 def test_a_planner_begins_with_the_friction_that_was_found(robot, rubbing):
     planner = ftqp.Planner(robot, DT, drive="torque", detector=rubbing)
     M = planner._session.K.monitor
-    np.testing.assert_allclose(M.told[:7, 2] / M.unit[:7], rubbing.calibration.coulomb)
+    np.testing.assert_allclose(M.stated[:7, 2] / M.unit[:7], rubbing.calibration.coulomb)
     assert (M.doubt[:7, 2] < 0.25).all()
 
 

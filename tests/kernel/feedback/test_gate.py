@@ -43,7 +43,7 @@ class Ride:
         kind = ftqp.Drive(bandwidth=80.0, takes_velocity=False) if lead else drive
         self.planner = ftqp.Planner(PANDA, DT, drive=kind, level=level, **settings)
         self.K = self.planner._session.K
-        self.lead = float(self.K.monitor.told_lead[0])
+        self.lead = float(self.K.monitor.stated_lead[0])
         q = PANDA.neutral
         self.targets = ftqp.Targets(CIRCLE.pose, CIRCLE.twist, CIRCLE.acceleration)
         self.planner.reset(q)
@@ -134,14 +134,14 @@ def test_a_command_that_is_no_number_is_replaced_by_the_last_one_braked(drive, j
     if drive == "torque":
         ride.K.feedback.d_slow[joint] = np.nan
     else:
-        ride.K.monitor.told_lead[:] = np.nan
+        ride.K.monitor.stated_lead[:] = np.nan
     if drive == "velocity":
         ride.K.feedback.wound[joint] = np.nan
     step = ride.tick()
     assert step.status is ftqp.StepStatus.FALLBACK and ride.K.gate.shut == 1
     braked = np.sign(v) * np.maximum(abs(v) - LIMITS.a_max * DT, 0.0)
     assert step.reference.v == pytest.approx(braked, abs=1e-12)
-    ride.K.monitor.told_lead[:] = 0.0
+    ride.K.monitor.stated_lead[:] = 0.0
     statuses = [ride.tick().status for _ in range(200)]
     assert statuses[-1] is ftqp.StepStatus.OK and ride.K.gate.shut == 1
 

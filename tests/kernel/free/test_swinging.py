@@ -7,7 +7,7 @@ from records import believe, chain_record
 
 import ftqp
 from ftqp.kernel.entry.session import rooms
-from ftqp.kernel.free.swinging import see_arm, swing_on
+from ftqp.kernel.free.swinging import swing_on, sync_model
 from ftqp.kernel.layout.enums import FREE
 from ftqp.kernel.layout.record import dtype
 
@@ -27,7 +27,7 @@ def arm():
         believe(K, {i: FREE})
         K.faults.friction[i], K.faults.coulomb[i] = damping, coulomb
         K.supposed.q[:7], K.supposed.v[:7], F.a[:7], F.joint = q, v, a, i
-        see_arm(K)
+        sync_model(K)
         return K, F
 
     return made

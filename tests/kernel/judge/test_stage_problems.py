@@ -11,7 +11,7 @@ import ftqp
 from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.judge import stage_problems
 from ftqp.kernel.judge.solution_check import check_solution
-from ftqp.kernel.judge.straight import straight
+from ftqp.kernel.judge.unconstrained import unconstrained_solve
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.enums import JOINTS
 from ftqp.qp.adapters.backend import Claim
@@ -207,7 +207,7 @@ def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed, beside):
     ours, theirs = (posed(n, n, m, capacity, held, soft) for _ in range(2))
     if beside:
         ours, theirs = coupled(ours, n), coupled(theirs, n)
-    assert straight(ours)
+    assert unconstrained_solve(ours)
     assert active_set(theirs.qp) == codes.SOLVED and check_solution(
         theirs.task, theirs.cascade, theirs.qp, theirs.scratch
     )
@@ -223,13 +223,13 @@ def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed, beside):
 @pytest.mark.parametrize("joint", [0, 6])
 def test_a_bound_that_would_hold_is_left_to_the_active_set(side, joint):
     K = posed(1)
-    assert straight(K)
+    assert unconstrained_solve(K)
     x = K.qp.x[joint]
     getattr(K.qp, side)[joint] = x + (1e-3 if side == "lb" else -1e-3)
     untouched = posed(1)
     getattr(untouched.qp, side)[joint] = getattr(K.qp, side)[joint]
-    assert not straight(K)
+    assert not unconstrained_solve(K)
     assert active_set(K.qp) == codes.SOLVED and active_set(untouched.qp) == codes.SOLVED
     for name, value in answer(K).items():
         assert np.array_equal(value, answer(untouched)[name]), name
-    assert K.qp.warm > 0 and not straight(K), "a limit that held is looked at first"
+    assert K.qp.warm > 0 and not unconstrained_solve(K), "a limit that held is looked at first"

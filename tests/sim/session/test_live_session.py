@@ -292,13 +292,13 @@ def test_operator_is_told_of_a_joint_that_swings_towards_its_stop():
 def test_rival_is_broken_with_the_arm_and_told_what_a_person_tells():
     session = made(CIRCLE, rival=True)
     after(session, seconds=4.0)
-    assert session.frame.rival.error < 1e-4 and not session.frame.rival.told
-    untold = after(session, Tell("never"), Break(2), seconds=1.0)
-    assert untold.rival.error > 1e-5 and not untold.rival.told
-    assert untold.rival.q[2] == pytest.approx(untold.q[2], abs=1e-2)
-    told = after(session, Tell("at once"), seconds=1.0)
-    assert told.rival.told and told.rival.error < 0.1 * untold.rival.error
-    assert not after(session, Repair(2), seconds=0.5).rival.told
+    assert session.frame.rival.error < 1e-4 and not session.frame.rival.reported
+    unreported = after(session, Tell("never"), Break(2), seconds=1.0)
+    assert unreported.rival.error > 1e-5 and not unreported.rival.reported
+    assert unreported.rival.q[2] == pytest.approx(unreported.q[2], abs=1e-2)
+    reported = after(session, Tell("at once"), seconds=1.0)
+    assert reported.rival.reported and reported.rival.error < 0.1 * unreported.rival.error
+    assert not after(session, Repair(2), seconds=0.5).rival.reported
 
 
 def test_rival_waits_while_a_hand_leads_and_begins_anew_beside_the_arm():

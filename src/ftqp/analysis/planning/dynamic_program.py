@@ -210,10 +210,10 @@ def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatAr
     """Nodes of all waypoints, by the number of joints to spare."""
 
     def tell(k: int) -> None:
-        case.told(k, task.N + 1, "nodes")
+        case.notify(k, task.N + 1, "nodes")
 
     study, settings = case.study, case.settings
-    common: dict[str, Any] = {"seed": case.seed, "q0": case.start, "told": tell}
+    common: dict[str, Any] = {"seed": case.seed, "q0": case.start, "notify": tell}
     if study.redundancy == 1:
         nodes = curve_nodes(study, task.goals, spacing=settings.spacing, **common)
     else:

@@ -34,7 +34,7 @@ def curve_nodes(
     spacing: float,
     seed: int,
     q0: FloatArray | None = None,
-    told: Callable[[int], None] | None = None,
+    notify: Callable[[int], None] | None = None,
 ) -> list[FloatArray]:
     """Nodes on all self-motion curves within the limits at each waypoint, one joint being to spare.
 
@@ -50,8 +50,8 @@ def curve_nodes(
         study.limited.aim(pose)
         layers.append(_long(study.limited.self_motions(starts, quiet=_NEVER, curves=CURVES)))
         before = _starts(layers[-1], nv)
-        if told is not None:
-            told(k + 1)
+        if notify is not None:
+            notify(k + 1)
     for k in range(K - 2, -1, -1):
         more = _missing(study, poses[k], layers[k], _starts(layers[k + 1], nv), spacing)
         layers[k] = layers[k] + _long(more)
@@ -127,7 +127,7 @@ def sampled_nodes(
     reach: FloatArray,
     seed: int,
     q0: FloatArray | None = None,
-    told: Callable[[int], None] | None = None,
+    notify: Callable[[int], None] | None = None,
 ) -> list[FloatArray]:
     """Nodes at each waypoint: solutions from random starts, each carried from waypoint to waypoint.
 
@@ -155,8 +155,8 @@ def sampled_nodes(
         heading[wanders & ~take] *= -1.0
         q = _revived(study, ahead, kept, heading, random)
         nodes.append(turned(study, q))
-        if told is not None:
-            told(k + 1)
+        if notify is not None:
+            notify(k + 1)
     return nodes
 
 

@@ -19,7 +19,7 @@ Method = Literal["dp", "spline", "gradient", "constant"]
 """How the self-motion is chosen."""
 Select = Literal["coverage", "energy"]
 """What of a sweep is taken: what survives most, or the paper's rule: least energy of what passes its test."""
-Told = Callable[[int, int, str], None]
+OnProgress = Callable[[int, int, str], None]
 """Called with what is done, of how much, and what is being done."""
 
 UNLIMITED_SPEED = 1.0
@@ -117,7 +117,7 @@ class PlanCase:
     start: FloatArray | None = None
     settings: PlanSettings = field(default_factory=PlanSettings)  # The knobs
     seed: int = 0  # Of random starts
-    told: Told = silent  # Hears of progress
+    notify: OnProgress = silent  # Hears of progress
 
     @cached_property
     def study(self) -> GoalStudy:

@@ -14,7 +14,7 @@ from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.dynamic_program import grid_plan
 from ftqp.analysis.planning.fault_plan import Plan, plan_of
 from ftqp.analysis.planning.nodes import curve_nodes
-from ftqp.analysis.planning.plan_case import Method, PlanCase, PlanSettings, Told, silent
+from ftqp.analysis.planning.plan_case import Method, OnProgress, PlanCase, PlanSettings, silent
 from ftqp.analysis.planning.self_motion_speeds import SpeedPlan, constant_plan, null_vectors, spline_plan
 from ftqp.analysis.planning.survival_labels import (
     Survivals,
@@ -70,7 +70,7 @@ def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath
         except InputError:
             lost = LOST
         tried.append((lost + float(np.abs(x - inside).sum()), inside))
-        case.told(min(len(tried), SPREAD + REFINED), SPREAD + REFINED, "placements")
+        case.notify(min(len(tried), SPREAD + REFINED), SPREAD + REFINED, "placements")
         return tried[-1][0]
 
     try:
@@ -203,7 +203,7 @@ def gradient_plan(case: PlanCase, start: FloatArray) -> SpeedPlan:
                 "the method 'gradient'; take 'dp', or start elsewhere"
             )
         q[k + 1] = exact[0]
-        case.told(k + 1, task.N, "samples")
+        case.notify(k + 1, task.N, "samples")
     return q, speeds
 
 
@@ -236,7 +236,7 @@ def plan(
     settings: PlanSettings | None = None,
     optimise: Sequence[Freedom] = (),
     weights: Mapping[str | int, float] | None = None,
-    progress: Told | None = None,
+    progress: OnProgress | None = None,
     scene: Scene | None = None,
     clearance: Clearance | None = None,
     frame: str | None = None,
@@ -292,7 +292,7 @@ def plan(
         weights=joint_weights(robot, weights),
         settings=knobs,
         seed=seed,
-        told=silent if progress is None else progress,
+        notify=silent if progress is None else progress,
     )
     moved: dict[str, Any] = {}
     if optimise:

@@ -75,7 +75,7 @@ def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
         tried += 1
         if value < best[0]:
             best = value, x.copy()
-        case.told(min(tried, settings.evaluations), settings.evaluations, "splines")
+        case.notify(min(tried, settings.evaluations), settings.evaluations, "splines")
         return value
 
     def loss(x: FloatArray) -> float:
@@ -120,7 +120,7 @@ def _finalists(case: PlanCase, starts: FloatArray, thetas: FloatArray) -> FloatA
     coarse, scores = case.task.coarse(COARSE), np.empty(len(some))
     for k, start in enumerate(some):
         scores[k] = start_rating(coarse, start, thetas, case.weights)
-        case.told(k + 1, len(some), "starts")
+        case.notify(k + 1, len(some), "starts")
     return np.asarray(some[np.argsort(-scores, kind="stable")[:FINALISTS]])
 
 
@@ -158,7 +158,7 @@ def _best(case: PlanCase, q: FloatArray, starts: FloatArray, thetas: FloatArray)
 
     try:
         for k, coverage[k] in enumerate(in_parts(rated, count)):
-            case.told(k + 1, count, "speeds")
+            case.notify(k + 1, count, "speeds")
     except KeyboardInterrupt:
         if not coverage.any():
             raise

@@ -127,9 +127,11 @@ def coverage(
     if upper_bound is not None:
         whole_number("upper_bound", upper_bound, 1)
         bound = bound_of(kept, upper_bound)
-    told: tuple[kinds.Fault, ...] = ()
+    reports: tuple[kinds.Fault, ...] = ()
     if rule == "planner":
-        told = tuple(_told(robot.joints[one[0]], fault, lock, velocity, deceleration) for one in failures)
+        reports = tuple(
+            _belief_of(robot.joints[one[0]], fault, lock, velocity, deceleration) for one in failures
+        )
     case = CoverageCase(
         pairs=Pairs(
             task=kept,
@@ -139,7 +141,7 @@ def coverage(
             speeds=_speeds(robot, motion, way.dt, lock, deceleration),
             rule=rule,
             share=float(velocity) if _is_slower(fault) else None,
-            told=told,
+            reports=reports,
             deceleration=None if deceleration is None else _decelerations(robot, deceleration),
             tolerance=(limits[0], limits[1]),
         ),
@@ -291,7 +293,7 @@ def _is_slower(fault: str) -> bool:
     return kind.works and "v_max" in kind.shares
 
 
-def _told(joint: str, fault: Fault, lock: str, velocity: float, brakes: Any) -> kinds.Fault:
+def _belief_of(joint: str, fault: Fault, lock: str, velocity: float, brakes: Any) -> kinds.Fault:
     """What the planner is told of a joint."""
     match fault:
         case "free_swinging":

@@ -100,7 +100,9 @@ class Pairs:
     speeds: FloatArray  # With which each joint begins to brake, (N + 1, nv) [rad/s or m/s]
     rule: Literal["exact", "qp", "planner"]  # How the others go on
     share: float | None  # What is left of the speed limit of a degraded joint; None: it is locked
-    told: tuple[Fault, ...]  # What a planner is told of each failure; none where continuations are computed
+    reports: tuple[
+        Fault, ...
+    ]  # What a planner is told of each failure; none where continuations are computed
     deceleration: FloatArray | None  # As ``continuation_study`` takes it
     tolerance: tuple[float, float]  # Errors that count as survived with ``qp`` and ``planner`` [m, rad]
 
@@ -144,7 +146,7 @@ class Pairs:
         position, rotation, clearance = (np.empty(len(at)) for _ in range(3))
         for sample in np.unique(at):
             some = np.flatnonzero(at == sample)
-            faults = [self.told[k] for k in row[some]]
+            faults = [self.reports[k] for k in row[some]]
             position[some], rotation[some], clearance[some] = self._planner.at(int(sample), faults, threads)
         kept = (position <= self.tolerance[0]) & (rotation <= self.tolerance[1])
         keep = -np.inf if self.task.around is None else self.task.around.clearance.keep - self.tolerance[0]

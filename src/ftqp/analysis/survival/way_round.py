@@ -39,7 +39,7 @@ def way_round(
     for fault in faults:
         planner.report(fault)
     ways = Ways(planner, goals=goals, goal=pose, rows=task.named_rows, tolerance=tolerance)
-    while ways.is_thinking:
+    while ways.is_searching:
         ways.think(LOOKS)
     return (np.array(ways.motion) if ways.stage is WayStage.READY else None), ways.sentence
 

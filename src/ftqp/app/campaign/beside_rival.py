@@ -102,10 +102,10 @@ class WatchedPlant(PlantAround):
 
     __slots__ = ("_healthy", "_motion", "_planner", "named")
 
-    def __init__(self, plant: Plant, planner: Planner, told: Collection[int], ticks: int) -> None:
+    def __init__(self, plant: Plant, planner: Planner, reported: Collection[int], ticks: int) -> None:
         super().__init__(plant)
         self._planner = planner
-        self._healthy = set(range(planner.robot.nv)) - set(told)
+        self._healthy = set(range(planner.robot.nv)) - set(reported)
         self._motion = np.empty((ticks, 2, planner.robot.nv))
         self.named: dict[int, float] = {}
 
@@ -132,9 +132,9 @@ class WatchedPlant(PlantAround):
 def led_by_ftqp(setup: Setup) -> Led:
     """What the arm of an episode does under its planner."""
     planner, dt = setup.planner, setup.planner.dt
-    told = [setup.robot.joint(one.fault.joint) for one in setup.schedule if one.told is not None]
+    reported = [setup.robot.joint(one.fault.joint) for one in setup.schedule if one.reported_at is not None]
     most = setup.duration or LONGEST * setup.path.duration
-    watched = WatchedPlant(setup.plant, planner, told, round(most / dt) + 1)
+    watched = WatchedPlant(setup.plant, planner, reported, round(most / dt) + 1)
     ended = replace(setup, plant=watched).simulation().run()
     if ended.interrupted:
         raise KeyboardInterrupt
@@ -180,14 +180,14 @@ class TorqueRates:
 def led_by_rival(setup: Setup) -> Led:
     """What the arm of an episode does under damped least squares, which hears of failures that are told."""
     robot, dt = setup.robot, setup.planner.dt
-    told = [one.told is not None for one in setup.schedule]
+    reported = [one.reported_at is not None for one in setup.schedule]
     rates = ResolvedRates(robot, dt, rows=setup.planner.task_rows, gain=GAIN)
     rival: Rival = rates
     if setup.plant.drive == "torque":
         rival = TorqueRates(rates, setup.tables.simulation.mujoco.true_arm().geared(robot), dt)
     done = ride(
         rival, robot, setup.path, setup.q, dt=dt, plant=setup.plant, sensors=setup.sensors,
-        schedule=setup.schedule, told=bool(told) and all(told),
+        schedule=setup.schedule, reported=bool(reported) and all(reported),
         duration=setup.duration or setup.path.duration,
     )  # fmt: skip
     return Led(t=done.t, q=done.q, v=done.v, named={})
@@ -267,16 +267,18 @@ def beside(made: Callable[[dict[str, Any]], Setup], content: Mapping[str, Any]) 
 
 def sentences(seen: Mapping[str, Any], healthy: bool) -> list[str]:
     """What ftqp did that it must not, a sentence each, which begins with a word for its law."""
-    told = []
+    lines = []
     if seen["broken"]:
-        told.append(f"limits are broken: a joint that obeys goes to {seen['fast']:.3g} times its speed limit")
+        lines.append(
+            f"limits are broken: a joint that obeys goes to {seen['fast']:.3g} times its speed limit"
+        )
     if seen["leapt"]:
-        told.append(f"leap after a hold: a joint goes to {seen['leap']:.3g} times what is usual and allowed")
+        lines.append(f"leap after a hold: a joint goes to {seen['leap']:.3g} times what is usual and allowed")
     if seen["accused"]:
-        told.append(f"accused while healthy, as failed or by a brake: {', '.join(seen['accused'])}")
+        lines.append(f"accused while healthy, as failed or by a brake: {', '.join(seen['accused'])}")
     if healthy and seen["stopped"] is not None:
-        told.append(f"stopped though healthy: {seen['stopped']}")
-    return told
+        lines.append(f"stopped though healthy: {seen['stopped']}")
+    return lines
 
 
 Row = Mapping[str, Any]

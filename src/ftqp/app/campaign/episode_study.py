@@ -214,12 +214,12 @@ class EpisodeWork:
     def _beside(self, number: int, content: dict[str, Any]) -> dict[str, Any]:
         """What came of an episode beside the rival."""
         found = beside_rival.beside(lambda tables: self.campaign.setup_of(number, tables), content)
-        told = beside_rival.sentences(found["ftqp"], found["healthy"])
+        sentences = beside_rival.sentences(found["ftqp"], found["healthy"])
         return {
-            "outcome": "broken" if told else "sound",
+            "outcome": "broken" if sentences else "sound",
             "ticks": found["ticks"],
             "beside": json.dumps(found),
-            "sentences": "\n".join(told),
+            "sentences": "\n".join(sentences),
         }
 
     def _judged(self, setup: Setup) -> dict[str, Any]:
@@ -306,9 +306,9 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     """The campaign of a file; its first episodes are drawn to see that one can be run."""
     found = document.read(source, overrides, kind=KIND)
     tables = read(CampaignFile, found.content, f"{found.origin} has errors:")
-    bundles, told = with_files(tables.bundles, found.origin)
+    bundles, sentences = with_files(tables.bundles, found.origin)
     tables = replace(tables, bundles=bundles)
-    for sentence in told:
+    for sentence in sentences:
         logging.getLogger("ftqp").warning("%s", sentence)
     folder = found.folder.resolve()
     made = Campaign(name=found.name, tables=tables, text=document.toml(plain(tables)), folder=folder)

@@ -33,8 +33,8 @@ def trace(setup: Setup, log: Log) -> Trace:
         raise InputError("the base moves, which the checker does not judge; leave [base] out of a campaign")
     q, v, task = log["q"], log["v"], setup.planner.task
     rows = ROW_SETS[task.rows] if isinstance(task.rows, str) else task.rows or setup.robot.default_rows
-    told = "q_command" in {name.split(".", 1)[0] for name in log.names}
-    sent_q, sent_v = (log["q_command"], log["v_command"]) if told else _sent(setup, log)
+    has_commands = "q_command" in {name.split(".", 1)[0] for name in log.names}
+    sent_q, sent_v = (log["q_command"], log["v_command"]) if has_commands else _sent(setup, log)
     return Trace(
         dt=setup.planner.dt,
         level=setup.planner.level,
@@ -186,7 +186,7 @@ def failures(setup: Setup) -> list[Failure]:
                 joint=joint,
                 kind=fault.judged,
                 since=event.at,
-                told=np.inf if event.told is None else event.told,
+                reported_at=np.inf if event.reported_at is None else event.reported_at,
                 shares={limit: getattr(fault, share) for limit, share in fault.shares.items()},
                 jumps=jumps,
                 until=later[0] if later else np.inf,
@@ -246,7 +246,7 @@ def _sent(setup: Setup, log: Log) -> tuple[FloatArray, FloatArray]:
     q, v, a = log["q"], log["v"], log["a"].copy()
     t = dt * np.arange(len(q))
     for failure in failures(setup):
-        if failure.told > failure.since:
+        if failure.reported_at > failure.since:
             unknown = (t >= failure.since - 0.5 * dt) & (t < failure.until)
             a[unknown, failure.joint] = (np.diff(v[:, failure.joint], append=v[-1, failure.joint]) / dt)[
                 unknown

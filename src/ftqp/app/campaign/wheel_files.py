@@ -31,7 +31,7 @@ def located(value: Any) -> Any:
 def with_files(bundles: Mapping[str, Any], origin: str) -> tuple[dict[str, Any], list[str]]:
     """The bundles whose files there are, and a sentence for those of each group that are left out."""
     kept: dict[str, Any] = {}
-    told = []
+    shown = []
     for group, choices in bundles.items():
         absent: dict[str, list[str]] = {}
         kept[group] = {}
@@ -40,10 +40,10 @@ def with_files(bundles: Mapping[str, Any], origin: str) -> tuple[dict[str, Any],
                 kept[group][name] = located(one)
             except FileNotFoundError as error:
                 absent.setdefault(str(error), []).append(name)
-        told += [
+        shown += [
             f"{group} {', '.join(names)} of {origin} left out, as {why}" for why, names in absent.items()
         ]
         if not kept[group]:
             why = "; ".join(absent) or "there is none"
             raise ScenarioError(f"{origin} has errors:", [f"bundles.{group} has nothing left to draw: {why}"])
-    return kept, told
+    return kept, shown

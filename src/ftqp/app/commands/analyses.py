@@ -97,13 +97,13 @@ def calibrate(
     facts = {
         "file": str(out), "hours": found.hours, "noise": found.sigma, "friction": friction,
     }  # fmt: skip
-    told = [str(found), f"The encoders' noise is {found.sigma:.2g} rad."]
+    shown = [str(found), f"The encoders' noise is {found.sigma:.2g} rad."]
     if found.coulomb.any():
-        told.append(f"Coulomb friction [N m]: {', '.join(f'{j} {f:.2g}' for j, f in friction.items())}.")
+        shown.append(f"Coulomb friction [N m]: {', '.join(f'{j} {f:.2g}' for j, f in friction.items())}.")
     elif not as_json:
         say("note: no friction was found; runs without torques do not show any")
-    told.append(f"{out}: use it by calibration = {str(out)!r} in [planner.detector]")
-    answer(facts, as_json, told)
+    shown.append(f"{out}: use it by calibration = {str(out)!r} in [planner.detector]")
+    answer(facts, as_json, shown)
     return ExitCode.DONE
 
 

@@ -55,7 +55,7 @@ def build(
     as_json: Json = False,
 ) -> ExitCode:
     """Build the planner as a library in C with headers and examples, or as a page for browsers."""
-    from ftqp.app.deployment.built_folder import PARTS, TARGETS, Wanted, build_folder
+    from ftqp.app.deployment.built_folder import PARTS, TARGETS, BuildRequest, build_folder
 
     for part in parts or ():
         if part not in PARTS:
@@ -77,7 +77,7 @@ def build(
         )
     say(f"compiling the planner of {name} for {target}; the first time takes minutes, later ones seconds")
     with progress(f"{name} for {target}", 1.0) as advance, tempfile.TemporaryDirectory() as aside:
-        wanted = Wanted(
+        wanted = BuildRequest(
             planner=planner, name=name, target=target, cpu=cpu, embed=embed,
             folder=Path(aside) / "library" if folder is None else folder, small=small,
             path=path if "path" in (parts or ()) else None,

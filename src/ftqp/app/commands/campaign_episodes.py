@@ -9,7 +9,7 @@ from ftqp.app.campaign.beside_rival import WHO
 from ftqp.app.campaign.campaign_summary import fallback_share, share_interval, summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork, quietly
 from ftqp.app.campaign.kept_campaign import STUDY
-from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, page_parts
+from ftqp.app.output.console import ExitCode, Shown, Table, answer, json_text, page_parts
 from ftqp.app.run import runs
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import ResultsFile
@@ -30,7 +30,7 @@ SHARES: Final = (
 )
 
 
-def campaign_told(facts: dict[str, Any]) -> list[str | Table]:
+def campaign_summary(facts: dict[str, Any]) -> list[str | Table]:
     """How often any law was broken, what came after failures, and what detectors did."""
     if beside := facts.get("beside"):
         return [*_sentences(facts), *_beside(beside)]
@@ -47,7 +47,7 @@ def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]
     with reading(folder / SUMMARY, "as `ftqp campaign` writes it", "make it anew by the same command"):
         return [
             heading(f"{label}: how often was any law broken?"),
-            *page_parts(campaign_told(facts)),
+            *page_parts(campaign_summary(facts)),
             *_pictures(facts),
             *page_parts([*by_key(facts), *_listed(facts)]),
         ]
@@ -277,7 +277,7 @@ def run_episodes(
         "folder": str(folder),
     }
     write(folder / SUMMARY, json_text(facts))
-    answer(facts, as_json, _told(facts, whole=table))
+    answer(facts, as_json, _shown(facts, whole=table))
     compared = made.tables.campaign.judged == "beside a rival"  # figures of two, and no law of one
     good = not outcome.crashed and not facts["raised"] and (compared or not facts["broken"])
     return ExitCode.DONE if good else ExitCode.STOPPED
@@ -313,22 +313,22 @@ def replay_episode(made: Campaign, number: int, out: Path | None, *, as_json: bo
     return ExitCode.STOPPED if broken else ExitCode.DONE
 
 
-def _told(facts: dict[str, Any], *, whole: bool) -> Told:
+def _shown(facts: dict[str, Any], *, whole: bool) -> Shown:
     """The summary for a person."""
-    told = campaign_told(facts | {"given_up": len(facts["crashed"]), "missing": 0})
+    shown = campaign_summary(facts | {"given_up": len(facts["crashed"]), "missing": 0})
     if facts["refused"]:
         first = facts["refusals"][0]
         reason = ((first["sentences"] or "").splitlines() or ["no reason was kept"])[-1].removeprefix("  - ")
-        told.append(
+        shown.append(
             f"{facts['refused']} were not run, as what was drawn is no scenario; episode {first['episode']}: "
             f"{reason}"
         )
-    told += [
+    shown += [
         f"  episode {item} was given up: {reason} each time; alone: {ALONE.format(item)}"
         for item, reason in facts["crashed"].items()
     ]
-    told += [f"  episode {one['episode']}: {one['sentences'].splitlines()[0]}" for one in facts["examples"]]
+    shown += [f"  episode {one['episode']}: {one['sentences'].splitlines()[0]}" for one in facts["examples"]]
     if facts["examples"]:
-        told.append(f"  one of them alone, with its log: {ALONE.format('N')}")
-    told += by_key(facts) if whole else []
-    return [*told, f"{facts['seconds']:.1f} s of work; files: {facts['folder']}"]
+        shown.append(f"  one of them alone, with its log: {ALONE.format('N')}")
+    shown += by_key(facts) if whole else []
+    return [*shown, f"{facts['seconds']:.1f} s of work; files: {facts['folder']}"]

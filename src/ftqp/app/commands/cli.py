@@ -175,7 +175,7 @@ def compare(
     folder = runs.free_folder(out, "compare")
     combined = combinations(scenarios, overrides or (), backends=backends, schemes=schemes)
     result = comparison.compare(combined, folder, drawn=not no_figures)
-    answer({"runs": result.rows}, as_json, result.told())
+    answer({"runs": result.rows}, as_json, result.summary())
     return result.exit_code
 
 

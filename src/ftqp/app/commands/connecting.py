@@ -7,7 +7,7 @@ import numpy as np
 import typer
 
 from ftqp.app.commands.options import Json, Overrides
-from ftqp.app.output.console import ExitCode, Table, Told, answer, progress, say
+from ftqp.app.output.console import ExitCode, Shown, Table, answer, progress, say
 from ftqp.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def connect(
     if first.fault is None and output is not None:
         first.save(output)
     facts = _facts(first, output if first.fault is None else None)
-    answer(facts, as_json, _told(first))
+    answer(facts, as_json, _shown(first))
     if first.fault is not None:
         say(f"ended early: {first.fault}" + ("" if output is None else f"; {output} is not written"))
         if setup is not None and schedule.failing(planner.dt):
@@ -137,7 +137,7 @@ def _facts(first: "Connection", file: Path | None) -> dict[str, Any]:
     return facts if file is None else {**facts, "file": str(file)}
 
 
-def _told(first: "Connection") -> Told:
+def _shown(first: "Connection") -> Shown:
     """What a person reads."""
     from ftqp.control.drive.learned_servos import SURE, UNITS, hertz, with_error
     from ftqp.control.following.connection_words import SCATTERS

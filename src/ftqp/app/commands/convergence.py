@@ -15,7 +15,7 @@ from ftqp.analysis import (
     reachable_after,
     rest_configurations,
 )
-from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, say
+from ftqp.app.output.console import ExitCode, Shown, Table, answer, json_text, say
 from ftqp.app.run.runs import SUMMARY, make_folder, write
 from ftqp.app.scenario.setup import Setup
 from ftqp.core.checks import FloatArray
@@ -69,7 +69,7 @@ def converge(setup: Setup, folder: Path, *, as_json: bool) -> ExitCode:
     make_folder(folder)
     facts["figure"] = _picture(setup, goal, found, learned, folder)
     write(folder / SUMMARY, json_text(facts))
-    answer(facts, as_json, _told(facts))
+    answer(facts, as_json, _shown(facts))
     return ExitCode.DONE if found.kind == "correct" else ExitCode.STOPPED
 
 
@@ -139,11 +139,11 @@ def _picture(setup: Setup, goal: FloatArray, found: Outcome, learned: LearnedRun
     return str(draw_motions(folder / PICTURE, title, offsets[1:, 0], motions, goal[:2, 3] - offsets[0, :2]))
 
 
-def _told(facts: dict[str, Any]) -> Told:
+def _shown(facts: dict[str, Any]) -> Shown:
     """The facts as sentences and tables."""
     locks = ", ".join(f"{joint} at {np.rad2deg(value):.4g} deg" for joint, value in facts["locked"].items())
     goal = ", ".join(f"{x:.4g}" for x in facts["goal"])
-    told: list[str | Table] = [
+    shown: list[str | Table] = [
         f"{facts['scenario']}: {facts['robot']}, rows {', '.join(facts['rows'])}, goal ({goal}) m; "
         f"locks {locks}, {100.0 * facts['locked_at_share']:.0f} % of the way done, and nobody notices",
         f"  {facts['kind']}: {MEANINGS[facts['kind']]}. {facts['reason']}",
@@ -152,21 +152,21 @@ def _told(facts: dict[str, Any]) -> Told:
         f"ends {1e3 * facts['learned']['error']:.4g} mm from it",
     ]
     if facts["rate"] is not None:
-        told.append(f"  at last the error falls with {abs(facts['rate']):.3g} 1/s at a gain of 1 1/s")
+        shown.append(f"  at last the error falls with {abs(facts['rate']):.3g} 1/s at a gain of 1 1/s")
     if facts["ranges"] is not None:
         rows = [
             (name, ", ".join(_interval(low, high) for low, high in intervals) or "nowhere")
             for name, intervals in facts["ranges"].items()
         ]
-        told.append(Table("The goal stays within reach with", ("joint", "locked in deg at"), rows))
+        shown.append(Table("The goal stays within reach with", ("joint", "locked in deg at"), rows))
     if facts["rests"]:
         heads = ("kind", "error in mm", "joints in deg")
         rests = [
             (one["kind"], f"{1e3 * one['error']:.4g}", ", ".join(f"{x:.2f}" for x in np.rad2deg(one["q"])))
             for one in facts["rests"]
         ]
-        told.append(Table("Rests away from the goal", heads, rests, heads[1:2]))
-    return [*told, f"  files: {facts['folder']}"]
+        shown.append(Table("Rests away from the goal", heads, rests, heads[1:2]))
+    return [*shown, f"  files: {facts['folder']}"]
 
 
 def _interval(low: float, high: float) -> str:

@@ -28,7 +28,7 @@ def read_coverage(folder: Path) -> dict[str, Any] | None:
     return summary_with(folder, NEEDED)
 
 
-def coverage_told(facts: dict[str, Any]) -> list[str | Table]:
+def coverage_summary(facts: dict[str, Any]) -> list[str | Table]:
     """What a mission planner reads before the mission."""
     kind, share = KINDS[facts["fault"]], 100.0 * facts["coverage"]
     what = "loses speed" if "v_max" in kind.shares else kind.happens
@@ -48,7 +48,7 @@ def coverage_told(facts: dict[str, Any]) -> list[str | Table]:
 def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
     """The section of a report, with the pictures that there are."""
     with reading(folder / SUMMARY, "as `ftqp coverage` writes it", "make it anew"):
-        parts = [heading(f"{label}: which failures are survived"), *page_parts(coverage_told(facts))]
+        parts = [heading(f"{label}: which failures are survived"), *page_parts(coverage_summary(facts))]
     present = [(folder / name, caption) for name, caption in CAPTIONS.items() if (folder / name).is_file()]
     return [*parts, *(picture(file, caption) for file, caption in present)]
 

@@ -18,7 +18,7 @@ from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.analysis.survival.tolerable_joints import Bound
 from ftqp.analysis.survival.way_round import DT
-from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_told, write_page
+from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_summary, write_page
 from ftqp.app.output.console import ExitCode, answer, json_text, say
 from ftqp.app.run.healthy_motion import healthy_motion, motion_of_task
 from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
@@ -181,7 +181,7 @@ def cover(
     facts |= report(found, rep, facts, folder)
     write_verdicts(folder, rep, setup.name, setup.toml, settings.get("velocity"))
     files = f"files: {folder}; read {folder / PAGE}; ftqp view {folder} plays its failures"
-    answer(facts, as_json, [*coverage_told(facts), files])
+    answer(facts, as_json, [*coverage_summary(facts), files])
     return ExitCode.DONE
 
 

@@ -47,12 +47,20 @@ def _run(setup: Setup, folder: Path) -> runs.Run:
     return run
 
 
-def ridden(setup: Setup, told: bool, duration: float | None = None) -> Ride:
+def ridden(setup: Setup, reported: bool, duration: float | None = None) -> Ride:
     """The rival on the arm of a scenario, with its noise and brake, for so long, or as the path lasts [s]."""
     return ride(
-        ResolvedRates(setup.robot, setup.planner.dt), setup.robot, setup.path, setup.q, dt=setup.planner.dt,
-        plant=setup.plant, sensors=setup.sensors, schedule=setup.schedule, told=told, duration=duration,
-    )  # fmt: skip
+        ResolvedRates(setup.robot, setup.planner.dt),
+        setup.robot,
+        setup.path,
+        setup.q,
+        dt=setup.planner.dt,
+        plant=setup.plant,
+        sensors=setup.sensors,
+        schedule=setup.schedule,
+        reported=reported,
+        duration=duration,
+    )
 
 
 def errors_of(error: FloatArray, t: FloatArray, at: float) -> dict[str, float]:
@@ -118,9 +126,9 @@ def _story(
     joint, others = fault["joint"], len(log.metadata["joints"]) - 1
     after = 1e3 * (fault["detected_at"] - fault["at"]) if fault["detected_at"] is not None else None
     noticed = "did not notice" if after is None else f"named it after {after:.0f} ms"
-    rival, told, own = table[RIVAL_NEVER], table[RIVAL_REPORTED], table[FINDS]
+    rival, reported, own = table[RIVAL_NEVER], table[RIVAL_REPORTED], table[FINDS]
     width = max(map(len, table))
-    better = "less than ftqp" if told["after"] < table[OWN_REPORTED]["after"] else "no less than ftqp"
+    better = "less than ftqp" if reported["after"] < table[OWN_REPORTED]["after"] else "no less than ftqp"
     return [
         f"At {fault['at']:g} s the brake of {joint} closed. Nobody reported it; the detector {noticed}, "
         f"and the remaining {others} joints took over.",
@@ -137,7 +145,7 @@ def _story(
         "",
         "Damped resolved rates are what a good engineer writes without ftqp: measured joints are fed back,",
         "limits of speed and acceleration kept. If the lock is reported, they stray "
-        f"{words.length(told['after'])}, {better}:",
+        f"{words.length(reported['after'])}, {better}:",
         "this lock needs nothing more. If not, they command the locked joint as if it worked, and stray "
         f"{rival['after'] / own['after']:.1f}",
         "times as far as ftqp, which detects it. All joints: docs/evidence/well-wired.md",

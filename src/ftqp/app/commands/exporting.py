@@ -85,13 +85,13 @@ def _of_run(source: Path, form: str, output: Path | None) -> dict[str, Any]:
             return _urdf(robot.to_urdf(), output or folder / f"{robot.name.replace('/', '_')}.urdf", notes)
         file = output or folder / FORMATS[form][0]
         facts: dict[str, Any] = {"format": form, "file": str(file), "ticks": rows.count, "notes": notes}
-        with progress(f"{rows.title} as {form}", 1.0) as told:
-            facts |= _written(rows, form, file, told, notes)
+        with progress(f"{rows.title} as {form}", 1.0) as notify:
+            facts |= _written(rows, form, file, notify, notes)
         return facts | {"bytes": _bytes(file)}
 
 
 def _written(
-    rows: Any, form: str, file: Path, told: Callable[[float], None], notes: list[str]
+    rows: Any, form: str, file: Path, notify: Callable[[float], None], notes: list[str]
 ) -> dict[str, Any]:
     """Write the file; what there is to say about it."""
     from ftqp.sim.log import table_files
@@ -104,13 +104,13 @@ def _written(
         if robot is None:
             notes.append(f"{why}; so the bag has neither /tf nor /robot_description")
         return {
-            "messages": write_bag(rows, file, robot, told),
+            "messages": write_bag(rows, file, robot, notify),
             "robot": None if robot is None else robot.name,
         }
     if form == "trajectory":
         from ftqp.sim.export.joint_trajectory import AT_REST, write_trajectory
 
-        speed = write_trajectory(rows, file, told)
+        speed = write_trajectory(rows, file, notify)
         if speed > AT_REST:
             notes.append(
                 f"the last point still moves at {speed:.3g} rad/s or m/s; a joint_trajectory_controller "
@@ -118,7 +118,7 @@ def _written(
             )
         return {"last_speed": speed}
     writers = {"csv": table_files.write_csv, "npz": table_files.write_npz, "mat": table_files.write_mat}
-    writers[form](rows, file, told)
+    writers[form](rows, file, notify)
     return {}
 
 

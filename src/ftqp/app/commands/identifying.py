@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from ftqp.app.commands.options import Json
-from ftqp.app.output.console import ExitCode, Table, Told, answer, progress, say
+from ftqp.app.output.console import ExitCode, Shown, Table, answer, progress, say
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
 
@@ -101,7 +101,7 @@ def identify(
         found = fitted_arm(arm.robot, every, kinds)
     if output is not None:
         output.write_text(found.fitted.to_urdf(), encoding="utf-8")
-    answer(_facts(found, kinds, output), as_json, _told(found, kinds))
+    answer(_facts(found, kinds, output), as_json, _shown(found, kinds))
     for note in _notes(found, kinds, every):
         say(f"note: {note}")
     if output is not None:
@@ -212,7 +212,7 @@ def _facts(found: "FittedArm", kinds: list[str], file: Path | None) -> dict[str,
     return facts if file is None else {**facts, "file": str(file)}
 
 
-def _told(found: "FittedArm", kinds: list[str]) -> Told:
+def _shown(found: "FittedArm", kinds: list[str]) -> Shown:
     """What a person reads."""
     from ftqp.model.fitting.fitted_arm import KINDS, LOAD
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ftqp.app.output.console import ExitCode, Table, Told, answer, say
+from ftqp.app.output.console import ExitCode, Shown, Table, answer, say
 from ftqp.control.planner.planner import Planner
 from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.core.errors import InputError, MissingPackage, ModelError, unknown
@@ -114,7 +114,7 @@ def inspect(
     if capsules:
         found["capsules"], found["pairs_left_out"] = _bodies(robot)
     found["figure"] = None if folder is None else _picture(robot, folder)
-    answer(found, as_json, _told(found))
+    answer(found, as_json, _shown(found))
     return ExitCode.DONE
 
 
@@ -268,7 +268,7 @@ def _picture(robot: Robot, folder: Path) -> str | None:
     return str(robot_figure(file, title, robot, robot.neutral))
 
 
-def _told(found: dict[str, Any]) -> Told:
+def _shown(found: dict[str, Any]) -> Shown:
     """The facts as tables and sentences."""
     survived = found.get("survival", {})
     rows = [
@@ -293,22 +293,22 @@ def _told(found: dict[str, Any]) -> Told:
     count, way = len(found["joints"]), found["base_to_tip"]
     beside = "" if count == way else f" of {count}"
     title = f"{found['robot']}: {way}{beside} joints from base to {found['tip']} [rad, m, s, N m, kg m2]"
-    told: list[str | Table] = [
+    shown: list[str | Table] = [
         Table(title, heads, rows, (*NUMBERS, "rotor", *left)),
         Table("Frames, by the joint that they move with", ("joint", "frames"), _by_joint(found["frames"])),
     ]
     if "capsules" in found:
         rows = [_capsule_row(one) for one in found["capsules"]]
         heads = ("body", "frame", "from", "to", "radius", "volume by that of its geometry")
-        told.append(Table("Bodies as capsules, in their frames, in metres", heads, rows, heads[4:]))
+        shown.append(Table("Bodies as capsules, in their frames, in metres", heads, rows, heads[4:]))
         if found["pairs_left_out"]:
             pairs = ", ".join(f"{a} and {b}" for a, b in found["pairs_left_out"])
-            told.append(f"Built too near to each other to be kept apart: {pairs}.")
-    told += _sentences(found)
-    told += [f"{finding['severity']}: {finding['sentence']}" for finding in found["findings"]]
+            shown.append(f"Built too near to each other to be kept apart: {pairs}.")
+    shown += _sentences(found)
+    shown += [f"{finding['severity']}: {finding['sentence']}" for finding in found["findings"]]
     if found["figure"] is not None:
-        told.append(f"Picture: {found['figure']} (--out DIR puts it elsewhere, --no-figures draws none)")
-    return told
+        shown.append(f"Picture: {found['figure']} (--out DIR puts it elsewhere, --no-figures draws none)")
+    return shown
 
 
 def _capsule_row(one: dict[str, Any]) -> tuple[str, ...]:

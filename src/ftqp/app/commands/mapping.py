@@ -20,7 +20,7 @@ from ftqp.analysis.map_chunks import (
     points,
     workspace_task,
 )
-from ftqp.app.output.console import ExitCode, Table, Told, answer, json_text, say
+from ftqp.app.output.console import ExitCode, Shown, Table, answer, json_text, say
 from ftqp.app.run.runs import write
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import arm_from
@@ -226,7 +226,7 @@ def map_workspace(
     facts = _summary(study, found, outcome, folder)
     facts["figures"] = [str(file) for file in _figures(study, found, folder)]
     write(folder / SUMMARY, json_text(facts))
-    answer(facts, as_json, _told(study, facts))
+    answer(facts, as_json, _shown(study, facts))
     return ExitCode.STOPPED if outcome.crashed else ExitCode.DONE
 
 
@@ -274,7 +274,7 @@ def _figures(study: WorkspaceStudy, found: dict[str, FloatArray], folder: Path) 
     )
 
 
-def _told(study: WorkspaceStudy, facts: dict[str, Any]) -> Told:
+def _shown(study: WorkspaceStudy, facts: dict[str, Any]) -> Shown:
     """The summary for a person."""
     joints = (*study.robot.joints, ANY)
     rows = [(name, *(_percent(value) for value in by.values())) for name, by in facts["means"].items()]

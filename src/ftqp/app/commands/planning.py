@@ -8,7 +8,7 @@ from typing import Any
 from ftqp.analysis import Plan, PlanSettings, coverage, plan
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands import covering
-from ftqp.app.commands.coverage_words import coverage_told
+from ftqp.app.commands.coverage_words import coverage_summary
 from ftqp.app.output.console import ExitCode, answer, progress
 from ftqp.app.run.healthy_motion import task_of
 from ftqp.app.scenario.setup import load
@@ -53,10 +53,10 @@ def make_plan(
     hours = None if mtbf is None else covering.hours_by_joint(task.robot, mtbf)
     settings, q0 = PlanSettings(**knobs), setup.q if start == "given" else None
     weights = None if hours is None else {joint: 1.0 / value for joint, value in hours.items()}
-    with _bar(setup.name) as told:
+    with _bar(setup.name) as notify:
         made = plan(
             setup.robot, task, q0, chosen, seed, settings=settings, optimise=freedoms, weights=weights,
-            progress=told,
+            progress=notify,
         )  # fmt: skip
     made.save(file)
     found = covering.Subject(name=setup.name, title=f"the plan by {method}", task=made.task, q=made.q)
@@ -66,7 +66,7 @@ def make_plan(
         facts["mission"] = covering.mission_of(rep, hours)
     if folder is not None:
         facts |= covering.report(found, rep, facts, folder)
-    answer(facts, as_json, [*coverage_told(facts), *_told(facts)])
+    answer(facts, as_json, [*coverage_summary(facts), *_shown(facts)])
     return ExitCode.DONE
 
 
@@ -74,11 +74,11 @@ def make_plan(
 def _bar(name: str) -> Iterator[Callable[[int, int, str], None]]:
     """A bar that starts anew with each kind of work."""
     doing = [name]
-    with progress(lambda: f"{name}: {doing[0]}", 1.0) as told:
+    with progress(lambda: f"{name}: {doing[0]}", 1.0) as notify:
 
         def hear(done: int, total: int, what: str) -> None:
             doing[0] = what
-            told(done / max(total, 1))
+            notify(done / max(total, 1))
 
         yield hear
 
@@ -94,13 +94,13 @@ def _about(made: Plan, task: TaskPath, file: Path) -> dict[str, Any]:
     }
 
 
-def _told(facts: dict[str, Any]) -> list[str]:
+def _shown(facts: dict[str, Any]) -> list[str]:
     """The rest, for a person."""
-    told = [f"  plan: {facts['file']}; run it: ftqp run {facts['scenario']} --plan {facts['file']}"]
+    shown = [f"  plan: {facts['file']}; run it: ftqp run {facts['scenario']} --plan {facts['file']}"]
     if facts["moved"]:
         settings = facts["settings"]
         ways = ", ".join(f"{name} {settings[name]}" for name in ("yaw", "base") if name in settings)
-        told.insert(
+        shown.insert(
             0, f"  the path is moved ({ways}); move path, tool or base of the scenario alike before it is run"
         )
-    return told
+    return shown

@@ -142,7 +142,7 @@ def made(results: Sequence[Result], *, full: bool) -> tuple[str, list[str]]:
     notes: list[str] = []
     reported: list[ReportedRun] = []
     room = LARGEST - FIGURES * max(len(logs), 1)
-    with progress("report", len(results)) as told:
+    with progress("report", len(results)) as notify:
         for label, log in logs.items():
             replay, plays = _replay(log, label, room, full=full)
             room -= len(replay.encode()) if plays else 0
@@ -153,7 +153,7 @@ def made(results: Sequence[Result], *, full: bool) -> tuple[str, list[str]]:
                     scenario=_scenario(log), plays=plays,
                 )
             )  # fmt: skip
-            told(len(reported))
+            notify(len(reported))
     parts: list[str] = []
     if len(reported) > 1:
         parts += side_by_side(reported)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ftqp.app.compare.combinations import Combination, file_name
-from ftqp.app.output.console import ExitCode, Table, Told, json_text, progress, table_width
+from ftqp.app.output.console import ExitCode, Shown, Table, json_text, progress, table_width
 from ftqp.app.output.words import KEPT, fault_sentence
 from ftqp.app.run import runs
 from ftqp.core.errors import FtqpError, MissingPackage
@@ -262,22 +262,22 @@ class Comparison:
         completed = all(row["completed"] for row in self.rows if row["ran"])
         return ExitCode.DONE if completed and not self.failed else ExitCode.STOPPED
 
-    def told(self) -> Told:
+    def summary(self) -> Shown:
         """The tables, as wide as the terminal allows, and where the files are."""
         why = reasons(self.rows)
         left_out: dict[str, None] = {}
-        told: list[str | Table] = []
+        summary: list[str | Table] = []
         for group in groups(self.rows):
             table = columns(group, why)
             shown, gone = fitting(table, table_width())
             left_out |= {column.name: None for column in gone}
             heads, numbers = [one.heading for one in shown], [one.heading for one in shown if one.number]
             rows = list(zip(*(one.cells for one in shown), strict=True))
-            told.append(Table(labels(group)[0], heads, rows, numbers))
-        told += notes(self.rows)
+            summary.append(Table(labels(group)[0], heads, rows, numbers))
+        summary += notes(self.rows)
         if left_out:
-            told.append(f"not shown for lack of space: {', '.join(left_out)}; comparison.md has them")
-        return [*told, f"files: {self.folder}"]
+            summary.append(f"not shown for lack of space: {', '.join(left_out)}; comparison.md has them")
+        return [*summary, f"files: {self.folder}"]
 
 
 def compare(combinations: Sequence[Combination], folder: Path, *, drawn: bool = True) -> Comparison:

@@ -41,7 +41,7 @@ class CannotBuild(FtqpError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wanted:
+class BuildRequest:
     """What is to be built."""
 
     planner: Planner  # Of the arm, not yet told anything
@@ -60,7 +60,9 @@ class Wanted:
         return small_capacity(self.planner.robot.nv) if self.small else JOINTS
 
 
-def build_folder(wanted: Wanted, progress: Callable[[float], None] = lambda share: None) -> dict[str, Any]:
+def build_folder(
+    wanted: BuildRequest, progress: Callable[[float], None] = lambda share: None
+) -> dict[str, Any]:
     """Write the folder: the facts of its bill. ``progress`` hears which share of the work is done."""
     folder = wanted.folder
     if folder.exists():
@@ -107,7 +109,7 @@ def build_folder(wanted: Wanted, progress: Callable[[float], None] = lambda shar
     return bill
 
 
-def _library(wanted: Wanted, made: Path, progress: Callable[[float], None]) -> dict[str, Any]:
+def _library(wanted: BuildRequest, made: Path, progress: Callable[[float], None]) -> dict[str, Any]:
     """Compile and link it in a process of its own: what that says of it."""
     if not (KERNEL / "building" / "deployed.py").is_file():
         raise CannotBuild(
@@ -145,7 +147,9 @@ def _library(wanted: Wanted, made: Path, progress: Callable[[float], None]) -> d
     return made_of
 
 
-def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], made: Path) -> dict[str, Any]:
+def _bill(
+    wanted: BuildRequest, library: dict[str, Any], left_out: tuple[str, ...], made: Path
+) -> dict[str, Any]:
     files = sorted(path for path in made.rglob("*") if path.is_file())
     planner = wanted.planner
     return {
@@ -166,7 +170,7 @@ def _bill(wanted: Wanted, library: dict[str, Any], left_out: tuple[str, ...], ma
 
 
 def write_page(
-    wanted: Wanted,
+    wanted: BuildRequest,
     q: FloatArray,
     path: Way | None,
     page: Path,

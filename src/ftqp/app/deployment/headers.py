@@ -11,7 +11,7 @@ from ftqp.control.planner.mounted_robot import SAMPLES
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STOP_REASONS, StepStatus
 from ftqp.control.task.task import row_indices
-from ftqp.kernel.entry.orders import LIMITS
+from ftqp.kernel.entry.planner_commands import LIMITS
 from ftqp.kernel.layout.enums import JOINTS, NEWS, Brakes, DriveKind, FaultKind, StopReason
 from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype
@@ -42,7 +42,7 @@ SHOWN = {
         "feedback.asks",
         "int64_t[n]: which joints are out of hand; ftqp_brakes says what to close",
     ),
-    "HOLDING": ("calm.holding", "int64_t: 1 while the arm rests short of a target out of reach"),
+    "HOLDING": ("settling.holding", "int64_t: 1 while the arm rests short of a target out of reach"),
     "STOP_REASON": ("watch.reason", "int64_t: why a stop is latched; ftqp_stop_reason says it"),
 }
 """Fields of the record that users may want beside the C interface, and what they are."""

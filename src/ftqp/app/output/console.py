@@ -72,17 +72,17 @@ class Table(NamedTuple):
     numbers: Collection[str] = ()
 
 
-Told = Sequence[str | Table]
+Shown = Sequence[str | Table]
 """A result in words: for the terminal, and for a page."""
 
 
-def answer(facts: Mapping[str, Any], as_json: bool, told: Told) -> None:
+def answer(facts: Mapping[str, Any], as_json: bool, shown: Shown) -> None:
     """A result for a program, or on the terminal, where blank lines set tables off."""
     if as_json:
         tell_json(facts)
         return
-    for at, one in enumerate(told):
-        if at and (isinstance(one, Table) or isinstance(told[at - 1], Table)):
+    for at, one in enumerate(shown):
+        if at and (isinstance(one, Table) or isinstance(shown[at - 1], Table)):
             tell("")
         if isinstance(one, Table):
             _tell_table(one)
@@ -90,9 +90,9 @@ def answer(facts: Mapping[str, Any], as_json: bool, told: Told) -> None:
             tell(one)
 
 
-def page_parts(told: Told) -> list[str]:
+def page_parts(shown: Shown) -> list[str]:
     """The same on a page."""
-    return [page.table(*one) if isinstance(one, Table) else page.paragraph(one) for one in told]
+    return [page.table(*one) if isinstance(one, Table) else page.paragraph(one) for one in shown]
 
 
 def tell_rows(key: str, title: str, rows: Sequence[Mapping[str, str]], as_json: bool) -> ExitCode:

@@ -62,11 +62,11 @@ def ending(facts: Mapping[str, Any]) -> str:
 def fault_sentence(fault: Mapping[str, Any]) -> str:
     """A fault of the summary in words."""
     what = kind_of(fault["kind"]).happens
-    told = fault["announced"]
-    if told is None:
+    at = fault["announced"]
+    if at is None:
         heard = "nobody reports it"
-    elif told > fault["at"]:
-        heard = f"reported at {told:g} s"
+    elif at > fault["at"]:
+        heard = f"reported at {at:g} s"
     else:
         heard = "reported at once"
     return f"{fault['joint']} {what} at {fault['at']:g} s; {heard}{found_sentence(fault)}"

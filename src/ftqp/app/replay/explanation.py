@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ftqp.app.output.console import Table, Told
+from ftqp.app.output.console import Shown, Table
 from ftqp.app.output.words import fault_sentence
 from ftqp.kernel.layout.rows import TORQUE
 from ftqp.qp.adapters.registry import PREFIX
@@ -13,7 +13,7 @@ MOST_TICKS = 12
 """Ranges of ticks that are listed one by one."""
 
 
-def overview(facts: Mapping[str, Any]) -> Told:
+def overview(facts: Mapping[str, Any]) -> Shown:
     """What a recording holds."""
     first, last = facts["ticks"]
     claims = ", ".join(f"{count} {word}" for word, count in facts["claims"].items())
@@ -30,7 +30,7 @@ def overview(facts: Mapping[str, Any]) -> Told:
     return [*lines, f"  look at one: ftqp replay {facts['file']} --tick {tick}"]
 
 
-def replay(facts: Mapping[str, Any]) -> Told:
+def replay(facts: Mapping[str, Any]) -> Shown:
     """One QP of it, solved again."""
     about, answer, recorded, size = (facts[key] for key in ("metadata", "solution", "recorded", "size"))
     lines = [
@@ -46,8 +46,8 @@ def replay(facts: Mapping[str, Any]) -> Told:
         "cold start",
     ]
     if answer["residuals"] is not None:
-        told = ", ".join(f"{name} {_number(value, 2)}" for name, value in answer["residuals"].items())
-        lines += [f"  residuals: {told}", f"  objective: {answer['objective']:.9g}"]
+        shown = ", ".join(f"{name} {_number(value, 2)}" for name, value in answer["residuals"].items())
+        lines += [f"  residuals: {shown}", f"  objective: {answer['objective']:.9g}"]
     held = _answer(facts) if answer["variables"] else []
     return [*lines, *_contradiction(answer["certificate"]), *held, *_backends(facts)]
 
@@ -68,18 +68,18 @@ def _contradiction(certificate: Mapping[str, Any] | None) -> list[str]:
     ]
 
 
-def _answer(facts: Mapping[str, Any]) -> Told:
+def _answer(facts: Mapping[str, Any]) -> Shown:
     """The three tables of an answer, and in a sentence what holds it."""
     answer = facts["solution"]
     columns = ("", "lower", "value", "upper", "unit", "at", "multiplier")
     flush = ("lower", "value", "upper", "multiplier")
     variables = Table("Variables", columns, [_bounded(row) for row in answer["variables"]], flush)
-    told: list[str | Table] = ["", _holding(answer), variables]
+    shown: list[str | Table] = ["", _holding(answer), variables]
     if answer["torques"]:
         named = all(row["name"].startswith(TORQUE.prefix) for row in answer["torques"])
         prefix = TORQUE.prefix if named else ""
         rows = [_bounded(row | {"name": row["name"].removeprefix(prefix)}) for row in answer["torques"]]
-        told.append(Table("Torques" if named else "Two-sided rows", columns, rows, flush))
+        shown.append(Table("Torques" if named else "Two-sided rows", columns, rows, flush))
     if answer["task"]:
         asked = [
             (
@@ -93,10 +93,10 @@ def _answer(facts: Mapping[str, Any]) -> Told:
             for row in answer["task"]
         ]
         headings = ("", "asked", "done", "done - asked", "unit", "multiplier")
-        told.append(Table("Task rows", headings, asked, ("asked", "done", "done - asked", "multiplier")))
+        shown.append(Table("Task rows", headings, asked, ("asked", "done", "done - asked", "multiplier")))
         if facts["metadata"].get("task_mode") == "lexicographic":
-            told.append("Mode lexicographic: a row asks for what its first stage has found to be possible.")
-    return told
+            shown.append("Mode lexicographic: a row asks for what its first stage has found to be possible.")
+    return shown
 
 
 def _bounded(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -113,8 +113,8 @@ def _holding(answer: Mapping[str, Any]) -> str:
         "at a bound": [_at(row) for row in answer["variables"] if row["active"] in ("lower", "upper")],
         "at a limit": [_at(row) for row in answer["torques"] if row["active"]],
     }
-    told = [f"{what}: {', '.join(names)}" for what, names in groups.items() if names]
-    text = "; ".join(told) if told else "no bound is active"
+    shown = [f"{what}: {', '.join(names)}" for what, names in groups.items() if names]
+    text = "; ".join(shown) if shown else "no bound is active"
     return text[0].upper() + text[1:]
 
 
@@ -122,7 +122,7 @@ def _at(row: Mapping[str, Any]) -> str:
     return f"{row['name']} ({row['active']})"
 
 
-def _backends(facts: Mapping[str, Any]) -> Told:
+def _backends(facts: Mapping[str, Any]) -> Shown:
     rows = []
     for row in facts["backends"]:
         # an adapter does not hear how many iterations its solver took
@@ -130,17 +130,17 @@ def _backends(facts: Mapping[str, Any]) -> Told:
         numbers = (str(count), _number(row["difference"], 2), _number(row["residual"], 2))
         rows.append((row["backend"], row["claim"] or "-", *numbers, row["verdict"]))
     columns = ("backend", "claim", "iterations", "|x - x_ref|", "residual", "verdict")
-    told: list[str | Table] = [Table("Backends", columns, rows, columns[2:5])]
+    shown: list[str | Table] = [Table("Backends", columns, rows, columns[2:5])]
     if facts["reference"] is not None:
-        told.append(f"x_ref: {facts['reference']}")
-        told.append("|x - x_ref|: largest entry, slacks left out; residual: the largest of the four")
+        shown.append(f"x_ref: {facts['reference']}")
+        shown.append("|x - x_ref|: largest entry, slacks left out; residual: the largest of the four")
     asked = [row for row in facts["backends"] if row["status"] is not None]
     wrong, silent = facts["disagree"], facts["gave_up"]
     if len(asked) < 2:
-        return [*told, "no other backend was asked"]
+        return [*shown, "no other backend was asked"]
     ending = f"{len(asked) - len(wrong) - len(silent)} of {len(asked)} agree"
     ending += f"; disagree: {', '.join(wrong)}" if wrong else "; nobody disagrees"
-    return [*told, ending + (f"; gave up: {', '.join(silent)}" if silent else "")]
+    return [*shown, ending + (f"; gave up: {', '.join(silent)}" if silent else "")]
 
 
 def _run(about: Mapping[str, Any]) -> str:

@@ -90,12 +90,12 @@ def healthy_motion(setup: Setup) -> tuple[TaskPath, FloatArray]:
 def _healthy_run(setup: Setup, times: FloatArray) -> FloatArray:
     """The joints at times of the path in a run in which nothing fails, (K, nv) [rad or m]."""
     planner = setup.planner
-    with progress(f"{setup.name}, healthy", 1.0) as told:
+    with progress(f"{setup.name}, healthy", 1.0) as notify:
         ended = Simulation(
             planner, setup.path, q=setup.q, v=setup.v, schedule=Schedule([]),
             plant=KinematicPlant(setup.robot, planner.dt), follower=setup.follower,
             feed_forward=setup.tables.simulation.feed_forward, log=MEMORY,
-            progress=lambda done, total: told(done / total),
+            progress=lambda done, total: notify(done / total),
         ).run()  # fmt: skip
     if ended.interrupted:
         raise KeyboardInterrupt

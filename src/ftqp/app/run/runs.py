@@ -108,11 +108,11 @@ def run(
     drawn: bool = True,
 ) -> Run:
     """Simulates ``setup`` and writes ``scenario.toml``, ``log.npy``, ``summary.json`` and ``figures/``."""
-    with progress(setup.name, 1.0) if advance is None else nullcontext(advance) as told:
+    with progress(setup.name, 1.0) if advance is None else nullcontext(advance) as notify:
         simulation = setup.simulation(
             log=_log(setup, folder),
             metadata=_about(setup),
-            progress=lambda done, total: told(done / total),
+            progress=lambda done, total: notify(done / total),
         )
         make_folder(folder)
         write(folder / SCENARIO, setup.toml)

@@ -313,7 +313,7 @@ class _Errors:
     def __init__(self) -> None:
         self.found: list[str] = []
 
-    def tried(self, place: str, make: Callable[[], T]) -> T | None:
+    def collect(self, place: str, make: Callable[[], T]) -> T | None:
         """What is made, or None where that is an error, which is noted as one of ``place``."""
         try:
             return make()
@@ -333,63 +333,65 @@ def resolve(
 ) -> Setup:
     """The objects that the tables stand for."""
     errors, folder, dt = _Errors(), found.folder, tables.planner.dt
-    arm = errors.tried("robot", lambda: arms(tables.robot, folder))
+    arm = errors.collect("robot", lambda: arms(tables.robot, folder))
     settings = _planner_settings(tables.planner, folder, errors)
-    soft = [errors.tried(f"tasks[{k}]", partial(made, one)) for k, one in enumerate(tables.tasks)]
+    soft = [errors.collect(f"tasks[{k}]", partial(made, one)) for k, one in enumerate(tables.tasks)]
     settings["tasks"] = soft
-    kept = [errors.tried(f"constraints[{k}]", one.made) for k, one in enumerate(tables.constraints)]
+    kept = [errors.collect(f"constraints[{k}]", one.made) for k, one in enumerate(tables.constraints)]
     settings["constraints"] = kept
-    tried = [errors.tried(f"scene[{k}]", partial(_shape, one, folder)) for k, one in enumerate(tables.scene)]
+    tried = [
+        errors.collect(f"scene[{k}]", partial(_shape, one, folder)) for k, one in enumerate(tables.scene)
+    ]
     around = [shape for shape in tried if shape is not None]
     if around:
-        settings["scene"] = errors.tried("scene", partial(scene_of, around))
+        settings["scene"] = errors.collect("scene", partial(scene_of, around))
     if tables.clearance is not None:
-        settings["clearance"] = errors.tried("clearance", tables.clearance.made)
+        settings["clearance"] = errors.collect("clearance", tables.clearance.made)
     recorder: Recorder | None = None
     if record and settings["backend"] is not None:
         backend = settings["backend"]
-        recorder = errors.tried("recording", lambda: tables.recording.recorder(backend, dt))
+        recorder = errors.collect("recording", lambda: tables.recording.recorder(backend, dt))
         settings["backend"] = recorder
     plant = (
         None
         if arm is None
-        else errors.tried("simulation", partial(_plant, tables, arm, settings.get("scene")))
+        else errors.collect("simulation", partial(_plant, tables, arm, settings.get("scene")))
     )
-    sensors = None if arm is None else errors.tried("sensors", partial(_sensors, tables, arm))
+    sensors = None if arm is None else errors.collect("sensors", partial(_sensors, tables, arm))
     events = [
-        errors.tried(f"faults[{index}]", partial(_event, table, plant))
+        errors.collect(f"faults[{index}]", partial(_event, table, plant))
         for index, table in enumerate(tables.faults)
     ]
     if arm is None:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
-    led = errors.tried("planner.plan", partial(_plan, tables, arm, folder))
+    led = errors.collect("planner.plan", partial(_plan, tables, arm, folder))
     q = tables.start.q if led is None else led.q[0]
-    start = errors.tried("start", partial(_start, arm, q, tables.start.v))
+    start = errors.collect("start", partial(_start, arm, q, tables.start.v))
     origin = arm.pose(
         arm.neutral if start is None else start[0]
     )  # of a wrong start, paths are looked at, too
-    way = errors.tried("path", partial(_path, tables, arm, origin, folder))
+    way = errors.collect("path", partial(_path, tables, arm, origin, folder))
     if led is not None and way is not None:
-        settings["plan"] = errors.tried(
+        settings["plan"] = errors.collect(
             "planner.plan",
             partial(led.of, arm, way, scene=settings.get("scene"), clearance=settings.get("clearance")),
         )
     planner, world, leader = None, None, None
     if not errors.found:
-        planner = errors.tried("planner", partial(Planner, arm, **settings))
+        planner = errors.collect("planner", partial(Planner, arm, **settings))
     if planner is not None and start is not None:
         for index, event in enumerate(events):
             if event is not None:
-                errors.tried(f"faults[{index}]", partial(_try, planner, event))
+                errors.collect(f"faults[{index}]", partial(_try, planner, event))
         planner.reset(*start)
         if recorder is not None:
             recorder.follow(planner)
     if planner is not None and tables.base is not None:
-        world = errors.tried("base", partial(tables.base.world, planner, folder, tables.simulation.seed))
+        world = errors.collect("base", partial(tables.base.world, planner, folder, tables.simulation.seed))
         if world is not None:
-            way = errors.tried("base", partial(tables.path.path, world.start() @ origin, folder))
+            way = errors.collect("base", partial(tables.path.path, world.start() @ origin, folder))
     if planner is not None and way is not None:
-        leader = errors.tried("path.reference", partial(_follower, tables, planner, way))
+        leader = errors.collect("path.reference", partial(_follower, tables, planner, way))
     if planner is None or way is None or start is None or plant is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
@@ -424,7 +426,7 @@ def _planner_settings(table: PlannerTable, folder: File, errors: _Errors) -> dic
         "profile" if table.profile else "backend": lambda: qp_backend(backend),
         "emergency": lambda: made(table.emergency),
     }
-    found = {key: errors.tried(f"planner.{key}", make) for key, make in made_by.items()}
+    found = {key: errors.collect(f"planner.{key}", make) for key, make in made_by.items()}
     found["backend"] = found.pop("profile", found.get("backend"))
     same = ("dt", "level", "posture", "torque_limits", "branch_limits", "remember")
     return {key: getattr(table, key) for key in same} | found

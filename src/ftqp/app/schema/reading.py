@@ -84,11 +84,11 @@ def read(of: type[T], content: Any, what: str, above: str = "") -> T:
     """A table of a file."""
     reader = _Reader()
     found = reader.table(of, None, content, above)
-    told = list(reader.errors)
-    if len(told) > MOST:
-        told[MOST:] = [f"and {len(told) - MOST} more"]
-    if told:
-        raise ScenarioError(what, told)
+    shown = list(reader.errors)
+    if len(shown) > MOST:
+        shown[MOST:] = [f"and {len(shown) - MOST} more"]
+    if shown:
+        raise ScenarioError(what, shown)
     result: T = found
     return result
 

@@ -70,12 +70,12 @@ def run_study(
     done, crashed = results.done(), results.crashed()
     missing = [item for item in range(count) if item not in done]
     begun = count - len(missing)
-    with progress(what, float(count)) as told:
-        told(begun)
+    with progress(what, float(count)) as notify:
+        notify(begun)
         if missing:
             fresh = [item for item in missing if item not in crashed]
             known = [item for item in missing if item in crashed]
-            with closing(_Runner(work, results, jobs, dask, lambda: told(results.count(count)))) as runner:
+            with closing(_Runner(work, results, jobs, dask, lambda: notify(results.count(count)))) as runner:
                 runner.run(fresh, known)
     return Outcome(
         items=count,
@@ -90,9 +90,9 @@ class _Runner:
     """Sees items through to the end."""
 
     def __init__(
-        self, work: Work, results: ResultsFile, jobs: int | None, dask: str | None, told: Callable[[], None]
+        self, work: Work, results: ResultsFile, jobs: int | None, dask: str | None, notify: Callable[[], None]
     ) -> None:
-        self._work, self._results, self._told = work, results, told
+        self._work, self._results, self._notify = work, results, notify
         self._workers = _workers(work, jobs, dask)
         self._may_spread = jobs is None and dask is None and (os.cpu_count() or 1) > 1
         self._running: dict[Future[Computed], tuple[int, ...]] = {}
@@ -133,7 +133,7 @@ class _Runner:
                     self._quarantine.extendleft((items[middle:], items[:middle]))
                 else:
                     self._give_up(items, expected=items[0] in known)
-            self._told()
+            self._notify()
 
     def _taken(self, left: deque[int]) -> tuple[int, ...]:
         """The next chunk, as long as workers want it, but short enough to go round."""

@@ -70,7 +70,7 @@ class Arms:
         self._robot, self._count = like.robot, count
         look_at_memory(count * (dtype("record").itemsize + dtype("given").itemsize), count)
         self._belief = Belief(self._robot)
-        for fault in like.told:
+        for fault in like.reported:
             self._belief = self._belief.reported(_served(fault))
         like.session.K.monitor.names = int(like.given.finds)  # each arm responds for itself
         self._turns = bool(like.session.K.task.uses_rotation)
@@ -78,8 +78,8 @@ class Arms:
         nv = self._robot.nv
         before = [self._number(self._belief.faults.get(joint)) for joint in self._robot.joints]
         self._before = np.array(before)
-        self._told: IntArray = np.tile(self._before, (count, 1))
-        self._records = ArmRecords(like.session, like.orders, like.samples, count, nv, workers)
+        self._reports: IntArray = np.tile(self._before, (count, 1))
+        self._records = ArmRecords(like.session, like.commands, like.samples, count, nv, workers)
         self.q, self.v = self._records.q, self._records.v
         sent = seen(self._records.sent)
         self.q_sent, self.v_sent = sent[:, 0], sent[:, 1]
@@ -98,7 +98,7 @@ class Arms:
         return self._count
 
     def __repr__(self) -> str:
-        failed = int(((self._told > 0) | (self.found > 0)).any(axis=1).sum())
+        failed = int(((self._reports > 0) | (self.found > 0)).any(axis=1).sum())
         return f"Arms({self._count} of {self._robot.name}, {failed} with a fault)"
 
     def reset(self, mask: Any = None, q: Any = None, v: Any = None) -> None:
@@ -118,7 +118,7 @@ class Arms:
         speeds = self._starts("v", np.zeros(self._robot.nv) if v is None else v, mask)
         np.copyto(self.q, starts, where=mask[:, None])
         np.copyto(self.v, speeds, where=mask[:, None])
-        np.copyto(self._told, self._before, where=mask[:, None])
+        np.copyto(self._reports, self._before, where=mask[:, None])
         self._records.sent[mask, 0], self._records.sent[mask, 1] = self.q[mask], self.v[mask]
         self._records.status[mask] = 0
         self._records.error[mask] = 0.0
@@ -153,8 +153,8 @@ class Arms:
 
     def faults(self, arm: int) -> dict[str, Fault]:
         """The faults that one arm believes in now, by joint name."""
-        told = [self._faults[self._believed(joint)[arm]] for joint in range(self._robot.nv)]
-        return {name: one for name, one in zip(self._robot.joints, told, strict=True) if one is not None}
+        reported = [self._faults[self._believed(joint)[arm]] for joint in range(self._robot.nv)]
+        return {name: one for name, one in zip(self._robot.joints, reported, strict=True) if one is not None}
 
     def step(self, targets: Any, ticks: int = 1, *, twist: Any = None, mask: Any = None) -> None:
         """Bring every arm ``ticks`` periods on towards its own target; ``q``, ``v`` and the others follow.
@@ -213,15 +213,15 @@ class Arms:
         weak = fault is not None and "tau_max" in fault.shares and self._robot.has_inertia
         weak = weak and getattr(fault, fault.shares["tau_max"]) < 1.0  # type: ignore[union-attr]
         self._records.tell(fault_record(joint, fault), mask, mask & (before != number), locked[before], weak)
-        self._told[mask, joint] = number
+        self._reports[mask, joint] = number
 
     def _believed(self, joint: int) -> IntArray:
         """Which fault each arm believes in of a joint, told or found, (n,)."""
-        name, found, told = self._robot.joints[joint], self.found[:, joint], self._told[:, joint]
+        name, found, reported = self._robot.joints[joint], self.found[:, joint], self._reports[:, joint]
         if not found.any():
-            return told
+            return reported
         either = np.where(found == 1, self._number(Locked(name)), self._number(FreeSwinging(name)))
-        return np.where(found == 0, told, either)
+        return np.where(found == 0, reported, either)
 
     def _number(self, fault: Fault | None) -> int:
         """The place of a fault in the list of those that arms were told of."""

@@ -42,7 +42,7 @@ class OwnFaults:
         self._robot, self._what_ifs = robot, what_ifs
         self._rooms: list[dict[str, Any]] = []
         self._known: dict[tuple[Fault, ...], int] = {}
-        self._free_before = [robot.joint(f.joint) for f in what_ifs.told if isinstance(f, FreeSwinging)]
+        self._free_before = [robot.joint(f.joint) for f in what_ifs.reported if isinstance(f, FreeSwinging)]
         self.freed, self.later = np.zeros((arms, robot.nv), dtype=bool), np.zeros(arms, dtype=bool)
         events: list[tuple[int, int, int]] = []
         starts = [0]
@@ -59,30 +59,30 @@ class OwnFaults:
         self.starts: IntArray = np.array(starts, dtype=np.int64)
         self.beliefs = beliefs_of(self._rooms)
 
-    def told(self, arm: int) -> list[tuple[Fault, int]]:
+    def reported(self, arm: int) -> list[tuple[Fault, int]]:
         """What one arm is told and at which tick, by tick."""
-        return sorted(_told(self._entries[arm], arm), key=lambda pair: pair[1])
+        return sorted(_reports(self._entries[arm], arm), key=lambda pair: pair[1])
 
     def _events_of(self, arm: int) -> tuple[list[tuple[int, int, int]], list[int], bool]:
         """The events of one arm, its joints that swing freely, and whether it is told more while they do."""
-        told: tuple[Fault, ...] = ()
+        reported: tuple[Fault, ...] = ()
         events, free = [], list(self._free_before)
         since, later = (0 if free else None), False
-        for fault, tick in self.told(arm):
-            told, joint = (*told, fault), self._robot.joint(fault.joint)
-            events.append((tick, self._believed(told), joint))
+        for fault, tick in self.reported(arm):
+            reported, joint = (*reported, fault), self._robot.joint(fault.joint)
+            events.append((tick, self._believed(reported), joint))
             later = later or (since is not None and tick > since)
             if isinstance(fault, FreeSwinging):
                 free.append(joint)
                 since = tick if since is None else since
         return events, free, later
 
-    def _believed(self, told: tuple[Fault, ...]) -> int:
+    def _believed(self, reported: tuple[Fault, ...]) -> int:
         """The index of what is believed by an arm that was told of these faults."""
-        if told not in self._known:
-            self._known[told] = len(self._rooms)
-            self._rooms.append(self._what_ifs.believing(told))
-        return self._known[told]
+        if reported not in self._known:
+            self._known[reported] = len(self._rooms)
+            self._rooms.append(self._what_ifs.believing(reported))
+        return self._known[reported]
 
 
 def _entries(faults: Any, arms: int) -> Sequence[Any]:
@@ -95,7 +95,7 @@ def _entries(faults: Any, arms: int) -> Sequence[Any]:
     return faults
 
 
-def _told(entry: Any, arm: int) -> list[tuple[Fault, int]]:
+def _reports(entry: Any, arm: int) -> list[tuple[Fault, int]]:
     """The faults of one arm with their ticks."""
     kinds = tuple(KINDS.values())
     if entry is None:
@@ -113,7 +113,7 @@ def _told(entry: Any, arm: int) -> list[tuple[Fault, int]]:
             )
         return [(entry[0], tick)]
     if isinstance(entry, list):
-        return [pair for one in entry for pair in _told(one, arm)]
+        return [pair for one in entry for pair in _reports(one, arm)]
     raise InputError(f"faults[{arm}] is {entry!r:.60}, expected {EXPECTED}")
 
 
@@ -260,7 +260,7 @@ def rollout(
         done = drive(what_ifs.session, batch, threads=workers, progress=say)
     planners = ByPlanner(what_ifs, targets, step)
     for arm in np.flatnonzero(stepped).tolist():
-        planners.drive(result, arm, own.told(arm))
+        planners.drive(result, arm, own.reported(arm))
         done += 1
         if progress is not None:
             progress(done, arms)
@@ -365,16 +365,16 @@ class ByPlanner:
     def __init__(self, what_ifs: RolloutSetup, targets: Targets, every: int) -> None:
         self._what_ifs, self._targets, self._every = what_ifs, targets, every
 
-    def drive(self, result: Any, arm: int, told: list[tuple[Fault, int]]) -> None:
+    def drive(self, result: Any, arm: int, reported: list[tuple[Fault, int]]) -> None:
         """Drive an arm from its start in a ``Rollout`` to the end, without a word on the logger."""
         with quiet():
             planner = self._planner()
             q, v = result.q[arm].copy(), result.v[arm].copy()
             planner.reset(q, v)
-            told = list(told)
+            reported = list(reported)
             for k in range(len(self._targets)):
-                while told and told[0][1] <= k:
-                    planner.report(told.pop(0)[0])
+                while reported and reported[0][1] <= k:
+                    planner.report(reported.pop(0)[0])
                 step = planner.step(q, v, self._targets.at(k))
                 q, v, _ = (part.copy() for part in step.reference)
                 result.counts[arm, step.code] += 1
@@ -404,6 +404,6 @@ class ByPlanner:
                 planner.tasks[name].target = one.target
         for name, shapes in {} if around is None else around.attached.items():
             planner.attach(name, shapes)
-        for fault in self._what_ifs.told:
+        for fault in self._what_ifs.reported:
             planner.report(fault)
         return planner

@@ -96,19 +96,19 @@ def fill_monitor(
         M.leak, M.fades = 1.0 - exp(-dt / LASTS), 1.0 - M.decay
     limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)
     M.unit[:n] = 1.0 / (WEIGHS * limits)
-    M.told[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)
+    M.stated[:n], M.doubt[:n] = prior(drive, n, lead, drive.latency)
     if drive.kind == "position":  # else no lead that is safe would show that a joint stands
         M.doubt[:n, 2] = np.minimum(M.doubt[:n, 2], SHOWN * robot.limits.v_max)
     if drive.kind == "torque":
-        M.told[:n], M.doubt[:n] = 0.0, TORQUE_PRIOR
+        M.stated[:n], M.doubt[:n] = 0.0, TORQUE_PRIOR
         M.doubt[:n, 1] = np.maximum(drive.doubt, LEAST_ROTOR) * M.unit[:n]
         if known is not None:
             for at, friction in ((0, known.viscous), (2, known.coulomb)):
-                M.told[:n, at] = friction * M.unit[:n]
+                M.stated[:n, at] = friction * M.unit[:n]
                 M.doubt[:n, at] = np.minimum(
-                    M.doubt[:n, at], CHANGES * np.abs(M.told[:n, at]) + LEAST_FRICTION
+                    M.doubt[:n, at], CHANGES * np.abs(M.stated[:n, at]) + LEAST_FRICTION
                 )
-    M.told_lead[:n] = lead
+    M.stated_lead[:n] = lead
 
 
 def forget_servos(K: Any, joints: int) -> None:
@@ -123,4 +123,4 @@ def forget_servos(K: Any, joints: int) -> None:
 def tell_servos(K: Any, learned: LearnedServos) -> None:
     """Let what was learned of the servos be told from the next reset on."""
     n = len(learned.joints)
-    K.monitor.told[:n], K.monitor.doubt[:n] = prior(Drive(known=learned), n, 0.0, 0.0)
+    K.monitor.stated[:n], K.monitor.doubt[:n] = prior(Drive(known=learned), n, 0.0, 0.0)

@@ -17,9 +17,9 @@ from ftqp.control.following.goto_status import (
     missed_joints,
     posture_inside,
 )
-from ftqp.control.following.led_frame import FrameOfTip
-from ftqp.control.following.led_joints import JointTracker, looks_per_tick
-from ftqp.control.following.led_tip import TipTracker
+from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
+from ftqp.control.following.tip_tracker import TipTracker
+from ftqp.control.following.tracked_frame import FrameOfTip
 from ftqp.control.inverse_kinematics.posture_search import task_rows
 from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.mounted_robot import in_millimetres
@@ -332,7 +332,7 @@ class GoTo:
     def note(self) -> str:
         """What is being done, and what was looked for, in a sentence."""
         joints, leads_joints = self._joints, self._leg is self._joints
-        goes_straight, thinks = leads_joints and joints.goes_straight, leads_joints and joints.is_thinking
+        goes_straight, thinks = leads_joints and joints.goes_straight, leads_joints and joints.is_searching
         if self._status is GoToStatus.MOVING and thinks and not goes_straight:
             looks = joints.looks // THOUSAND * THOUSAND
             cannot = "is not free" if self._to_posture else "cannot be gone"
@@ -405,7 +405,7 @@ class GoTo:
             self._ahead = Ways(self._planner, straight=self._limits, **self._asked)
         ways = self._ahead
         if ways.stage is WayStage.FOLLOWING:
-            ways.think(looks_per_tick(self._planner.dt))
+            ways.search_step(looks_per_tick(self._planner.dt))
             return not ways.goes_straight
         return False
 

@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import HELD
+from ftqp.control.inverse_kinematics.motion_validity import HELD
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.core.checks import FloatArray, perhaps_degrees
 from ftqp.core.errors import InputError

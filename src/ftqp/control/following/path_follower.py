@@ -9,8 +9,8 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.following.blockage import Blockage
-from ftqp.control.following.bridge import Bridge, fewer_rows_hold
 from ftqp.control.following.path_intervals import path_table
+from ftqp.control.following.reconfiguration import Reconfiguration, fewer_rows_hold
 from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
@@ -148,8 +148,8 @@ class PathFollower:
         self._bridges, self._spots = MOST_BRIDGES if self._leave > 0.0 else 0, MOST_SPOTS
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
-        self._bridge: Bridge | None = None
-        self._spot: Bridge | None = None
+        self._bridge: Reconfiguration | None = None
+        self._spot: Reconfiguration | None = None
         self._fewer: Generator[None, None, int] | None = None
         self._has_asked: bool = False
         self.resume()
@@ -240,7 +240,7 @@ class PathFollower:
         text = self._blockage.sentence
         return text if self._bridge is None else f"{text}; {self._bridge.sentence}"
 
-    def _bridged(self, bridge: Bridge, q: Any, v: Any, tau: Any, tip: Any) -> Step:
+    def _bridged(self, bridge: Reconfiguration, q: Any, v: Any, tau: Any, tip: Any) -> Step:
         """A step while the path is blocked: the tip waits on it, or the joints go over a bridge."""
         if bridge.leads:
             step = bridge.step(q, v, tau, tip)
@@ -251,7 +251,7 @@ class PathFollower:
             return step
         step = self._lead.step(q, v, (), tau, tip)
         if step.code in ON_TASK:
-            bridge.think()
+            bridge.search_step()
             if bridge.is_over:
                 self._go_on_with_fewer_rows()
                 self._goes_on_unasked()
@@ -295,8 +295,8 @@ class PathFollower:
         if not self._may_look:
             return False
         if self._spot is None or not self._spot.is_of_now:
-            self._spot = Bridge(self._planner, self._path, self.progress, 0.0)
-        self._spot.think()
+            self._spot = Reconfiguration(self._planner, self._path, self.progress, 0.0)
+        self._spot.search_step()
         if self._spot.way is None:
             return False
         self._pattern, self._state.limit = ON_THE_SPOT, 0.0
@@ -313,7 +313,7 @@ class PathFollower:
         """Whether a motion on the spot may be looked for: not too many were gone."""
         return self._spots > 0
 
-    def _go_on_the_spot(self, spot: Bridge) -> None:
+    def _go_on_the_spot(self, spot: Reconfiguration) -> None:
         """Draw the null space along a way on the spot; the path goes on behind its end."""
         drive = spot.drive(self._planner.dt)
         if drive is None:
@@ -331,7 +331,7 @@ class PathFollower:
             self._planner, self._lead, self._target, self.progress, self._duration, step, searched
         )
         if self._bridges > 0:
-            self._bridge = Bridge(self._planner, self._path, self.progress, self._leave)
+            self._bridge = Reconfiguration(self._planner, self._path, self.progress, self._leave)
         else:
             self._go_on_with_fewer_rows()
 

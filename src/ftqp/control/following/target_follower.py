@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.led_tip import TipTracker
+from ftqp.control.following.tip_tracker import TipTracker
 from ftqp.control.planner.given_arrays import not_a_target
 from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner

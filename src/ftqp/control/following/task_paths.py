@@ -5,8 +5,8 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.led_frame import FrameOfTask
 from ftqp.control.following.path_follower import PathStatus
+from ftqp.control.following.tracked_frame import FrameOfTask
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step

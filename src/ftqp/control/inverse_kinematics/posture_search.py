@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import MotionValidity
+from ftqp.control.inverse_kinematics.motion_validity import MotionValidity
 from ftqp.control.task.task import ROW_SETS, axis_frame, row_indices
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen
 from ftqp.core.errors import InputError

@@ -6,13 +6,13 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import MotionValidity, Surrounded
+from ftqp.control.inverse_kinematics.motion_validity import MotionValidity, Surrounded
 from ftqp.control.inverse_kinematics.posture_search import Posture, PostureSearch
 from ftqp.core.checks import instance
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
-from ftqp.kernel.entry.orders import LIMITS, Orders
+from ftqp.kernel.entry.planner_commands import LIMITS, PlannerCommands
 from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.model.frames import faults_on_way, off_way, on_way
@@ -157,7 +157,9 @@ def postures(
     session = Session(robot.nv)
     K, given_limits = session.K, {name: getattr(robot.limits, name) for name in LIMITS}
     arm = ArmSession(robot.chain.constants())
-    belief.write(Orders(session, arm, {**given_limits, "coulomb": robot.coulomb, "torque_limits": 1}))
+    belief.write(
+        PlannerCommands(session, arm, {**given_limits, "coulomb": robot.coulomb, "torque_limits": 1})
+    )
     n = robot.nv
     limits = K.limits
     working = np.array(K.faults.code[:n] == HEALTHY)

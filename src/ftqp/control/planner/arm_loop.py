@@ -12,7 +12,7 @@ from ftqp.control.planner.collision_model import CollisionModel
 from ftqp.control.planner.status import REPEATS, STOP_REASONS
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.planner_commands import PlannerCommands
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import FROZEN, DriveKind, StopReason
 from ftqp.kernel.layout.other_records import DOUBTED
@@ -105,8 +105,10 @@ def learned_servos(K: Any, robot: Robot) -> LearnedServos:
 class ArmLoop:
     """Stops and what is observed of the arm."""
 
-    def __init__(self, session: Session, orders: Orders, robot: Robot, around: CollisionModel | None) -> None:
-        self._session, self._orders, self._robot = session, orders, robot
+    def __init__(
+        self, session: Session, commands: PlannerCommands, robot: Robot, around: CollisionModel | None
+    ) -> None:
+        self._session, self._commands, self._robot = session, commands, robot
         self._joints, self._around = tuple(robot.joints), around
         self._named, self._why = 0, ""
 
@@ -114,32 +116,32 @@ class ArmLoop:
         """Latch a stop; the reason of one that is latched stays."""
         if not self._session.K.watch.latched:
             self._why = why
-        self._orders.stop(StopReason.ASKED)
+        self._commands.stop(StopReason.ASKED)
 
     def resume(self) -> bool:
         """Release a stop; False while a lost sensor, or the brake of the whole arm, forbids it."""
-        return self._orders.resume()
+        return self._commands.resume()
 
-    def find_overload(self, i: int, K: Any, orders: Orders) -> None:
+    def find_overload(self, i: int, K: Any, commands: PlannerCommands) -> None:
         """Joint i cannot hold the arm with the torque that it has left: its brake is asked for, and a stop.
 
         A planner that never stops of its own accord only asks. One that can hold the arm goes on. ``K`` and
-        ``orders`` are those of a draft.
+        ``commands`` are those of a draft.
         """
-        if orders.hold_up(i) and K.watch.reason == StopReason.OVERLOAD:
+        if commands.hold_up(i) and K.watch.reason == StopReason.OVERLOAD:
             self._named = i
 
     def respond(self, i: int) -> int:
         """What becomes of joint i by what the monitor says of it now; the arm may be stopped for it."""
         was = self._session.K.watch.latched
-        does = self._orders.respond(i)
+        does = self._commands.respond(i)
         if does == DOUBTED and not was:
             self._named = i
         return does
 
     def forget_finding(self, i: int) -> None:
         """Forget what was found of joint i."""
-        self._orders.forget_finding(i)
+        self._commands.forget_finding(i)
 
     @property
     def stopped_because(self) -> str | None:
@@ -149,7 +151,7 @@ class ArmLoop:
         sentence = STOP_REASONS[reason]
         if sentence is None:
             return None
-        named = self._joints[max(int(K.feedback.culprit), 0)]
+        named = self._joints[max(int(K.feedback.isolated_joint), 0)]
         if reason is StopReason.SENSOR:
             lost = np.flatnonzero(K.feedback.lost[: len(self._joints)])
             if len(lost) and all(K.feedback.held[i] == FROZEN and K.feedback.sigma == 0.0 for i in lost):

@@ -45,7 +45,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.entry.orders import LIMITS, Orders
+from ftqp.kernel.entry.planner_commands import LIMITS, PlannerCommands
 from ftqp.kernel.entry.session import ArmSession, Memory, Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY
@@ -67,7 +67,7 @@ ACCEPT = 1e-6
 """Largest scaled residual of a QP that counts as solved."""
 
 
-def filled(
+def make_session(
     robot: Robot,
     task: Task,
     criterion: Criterion,
@@ -99,7 +99,7 @@ def filled(
     t.uses_rotation = rows[-1] >= 3
     t.tool_rows = task.rows == "position_axis"
     t.axis[:] = axis_frame(task.axis).ravel()
-    K.calm.on = task.calm
+    K.settling.on = task.calm
     if task.damping is not None:
         K.turned.threshold, K.turned.factor = task.damping.threshold, task.damping.factor
     for name in COEFFICIENTS:
@@ -127,7 +127,7 @@ def filled(
     return session
 
 
-def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solver) -> Orders:
+def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solver) -> PlannerCommands:
     """The orders of a planner."""
     K, robot, kept = session.K, given.robot, given.task.kept_sets
     fewer = kept if solver.sizes_may_change else ()
@@ -147,7 +147,7 @@ def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solve
     }
     if given.posture is not None:
         facts |= {"has_posture": 1, "posture": given.posture}
-    return Orders(session, arm, facts)
+    return PlannerCommands(session, arm, facts)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -187,7 +187,7 @@ class Assembly:
             HOLD.name: held_rows(soft),
             CLEARANCE.name: clearance_rows(given.keeps_clear),
         }
-        self.session = session = filled(
+        self.session = session = make_session(
             robot, task, given.criterion, given.bounds, given.emergency,
             level=given.level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
             rate=given.rate, known=given.known,
@@ -196,15 +196,15 @@ class Assembly:
         if not solver.has_qp:
             given.refuse_without_qp()
         self.arm = ArmSession(robot.chain.constants())
-        self.orders = _orders_of(session, self.arm, given, solver)
+        self.commands = _orders_of(session, self.arm, given, solver)
         self.surroundings = around = None
         if given.keeps_clear:
             around = CollisionModel(session, robot, given.scene, given.clearance or Clearance())
             self.surroundings = around
-        self.tasks = TaskList(session, self.orders, robot, soft, given.level, given.dt, given.target)
+        self.tasks = TaskList(session, self.commands, robot, soft, given.level, given.dt, given.target)
         self.said = StepHeader(int(session.K.cascade.status))
         self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
-        self.loop = ArmLoop(session, self.orders, robot, around)
+        self.loop = ArmLoop(session, self.commands, robot, around)
         self.constraints = Constraints(session, robot, constraints, self.loop.stop)
         self.degrading = Degrading(session, task.kept_sets)
         self.rest = Rest(session, self.degrading, robot)
@@ -289,7 +289,7 @@ class Assembly:
         """What other arms like this one would begin with; nothing here changes."""
         refuse_asking(self.asking, "a batch", "make a planner without {them}")
         return RolloutSetup(
-            self.session, self.orders, robot, self.given, self.solver, reserve, faults, self.surroundings,
+            self.session, self.commands, robot, self.given, self.solver, reserve, faults, self.surroundings,
             self.tasks, self.given.constraints,
         )  # fmt: skip
 
@@ -315,13 +315,13 @@ class Assembly:
         new = "new things in the scene: those that stood there when the library was built can be moved"
         copy = self.session.copy()
         copy.K.state.is_reset = 0
-        memory, n = self.orders.on(copy).memory, self.given.robot.nv
+        memory, n = self.commands.on(copy).memory, self.given.robot.nv
         rows = np.zeros((0, 2 * n)) if reserve is None else reserve.samples.rows
         memory["samples"] = len(rows)
         return Deployable(
             record=copy.memory,
             given=memory,
-            arm=self.orders.arm,
+            arm=self.commands.arm,
             states=rows[:, : 2 * n].copy(),
             left_out=() if self.surroundings is None else (new,),
         )

@@ -10,13 +10,13 @@ from ftqp.control.planner.step_parts import StepLabels
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import (
     BRAKING,
-    CALM_ELASTIC_STAGE,
-    CALM_STAGE,
     FALLBACK,
     FREE,
     HEALTHY,
     LOCKED,
     MEASURED,
+    SETTLING_ELASTIC_STAGE,
+    SETTLING_STAGE,
     VELOCITY,
     Limit,
 )
@@ -186,7 +186,7 @@ def without_bound(parts: Any, jacobian: FloatArray, code: int) -> str:
     s = parts["slack"][: len(jacobian)]
     if np.linalg.norm(jacobian.T @ s) < NEAR_SINGULAR * np.linalg.norm(s):
         return "singular"
-    if int(parts["stage"][0]) in (CALM_STAGE, CALM_ELASTIC_STAGE):
+    if int(parts["stage"][0]) in (SETTLING_STAGE, SETTLING_ELASTIC_STAGE):
         return "calm"
     return "no answer" if code == FALLBACK else "objective"
 

@@ -57,7 +57,7 @@ class CollisionModel:
         self._version = self.scene.version  # the record looks at it
         room.version_at, room.version = self._version.ctypes.data, self._version[0]
         write_together(self._lay(self.scene.content, {}))
-        self.scene.watch(self.told)  # once it can answer
+        self.scene.watch(self.changes_for)  # once it can answer
 
     @property
     def stage(self) -> Stage:
@@ -88,7 +88,7 @@ class CollisionModel:
         """Bodies that are attached to the arm, by what they are called together."""
         return dict(self._now.attached)
 
-    def told(self, content: Content, name: str, version: FloatArray) -> Changes:
+    def changes_for(self, content: Content, name: str, version: FloatArray) -> Changes:
         """What is to be written where the scene changes; nothing is written yet."""
         now = self._now
         if name == CLOUD and now.has_cloud:

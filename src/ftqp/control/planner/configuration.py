@@ -16,7 +16,7 @@ from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
-from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.planner_commands import PlannerCommands
 from ftqp.kernel.entry.session import WORD, ArmSession, Call, Session, bound
 from ftqp.model.payload import Payload
 
@@ -24,7 +24,7 @@ NUMBERS = count()
 """Of configurations: none occurs twice, so that a number says which one it is."""
 WORK = ("kinematics", "scratch", "past", "history", "ahead", "supposed")
 """Rooms that only ticks use; ..."""
-MATRICES_IN, LARGE = ("qp", "calm", "scene"), 10_000
+MATRICES_IN, LARGE = ("qp", "settling", "scene"), 10_000
 """... of these rooms the fields of more than so many bytes: matrices, and the shapes of bodies."""
 
 
@@ -42,21 +42,21 @@ class Configuration:
     # What else the last change brings about, as often as it is called; None is nothing
     then: Callable[[], None] | None = None
 
-    def tell(self, K: Any, orders: Orders, before: "Configuration | None") -> None:
+    def tell(self, K: Any, commands: PlannerCommands, before: "Configuration | None") -> None:
         """Write what differs from the configuration before into a record, ``speed`` aside."""
         if before is not None and before.arm is not self.arm:
             if before.arm.place is not self.arm.place:
-                orders.hold(np.eye(4) if self.arm.place is None else self.arm.place)
+                commands.hold(np.eye(4) if self.arm.place is None else self.arm.place)
             else:
-                orders.carry(self.arm.load)
+                commands.carry(self.arm.load)
         believes = before is None or before.belief is not self.belief
         if believes:
-            self.belief.write(orders, None if before is None else before.belief)
-            orders.believed()
+            self.belief.write(commands, None if before is None else before.belief)
+            commands.believed()
         if before is None or believes or before.reserve is not self.reserve:
-            orders.count_on(None if self.reserve is None else self.reserve.samples)
+            commands.count_on(None if self.reserve is None else self.reserve.samples)
         if self.start is not None and (before is None or before.start is not self.start):
-            orders.start(*self.start)
+            commands.start(*self.start)
 
     def tells_as(self, before: "Configuration") -> bool:
         """Whether nothing but ``speed`` differs of what a record is told."""
@@ -77,7 +77,7 @@ class Configuration:
 
 
 @cache
-def told_parts(record: Any) -> tuple[slice, ...]:
+def command_parts(record: Any) -> tuple[slice, ...]:
     """Where a record of that dtype has what orders read or write, in words."""
     parts = []
     for room, (fields, begin, *_) in record.fields.items():
@@ -108,8 +108,8 @@ class Draft:
 
     def __init__(self, arm: ArmSession) -> None:
         session, lone = Session(len(arm.joints)), copy(arm)
-        self.K, self.orders = session.K, Orders(session, lone, {})
-        self._mine = session.memory, lone.memory, self.orders.memory
+        self.K, self.commands = session.K, PlannerCommands(session, lone, {})
+        self._mine = session.memory, lone.memory, self.commands.memory
         self._words: list[tuple[Any, Any, Any]] = []
 
     @classmethod
@@ -124,14 +124,14 @@ class Draft:
     def give_back(self) -> None:
         """Let others have it."""
         self._words = []
-        self.free[len(self.orders.expected)].append(self)
+        self.free[len(self.commands.expected)].append(self)
 
-    def begin(self, session: Session, arm: ArmSession, orders: Orders) -> None:
+    def begin(self, session: Session, arm: ArmSession, commands: PlannerCommands) -> None:
         """Take what a kernel knows now."""
         self._words = []
-        for theirs, mine in zip((session.memory, arm.memory, orders.memory), self._mine, strict=True):
+        for theirs, mine in zip((session.memory, arm.memory, commands.memory), self._mine, strict=True):
             to, now = theirs.view(np.int64), mine.view(np.int64)
-            for part in told_parts(theirs.dtype) if theirs is session.memory else (slice(None),):
+            for part in command_parts(theirs.dtype) if theirs is session.memory else (slice(None),):
                 now[part] = before = to[part].copy()
                 self._words.append((to[part], now[part], before))
 
@@ -165,10 +165,10 @@ class CurrentConfiguration:
     def __init__(self, parts: Assembly, lead: Callable[[Tick | None], None]) -> None:
         self._parts, self._lead, robot = parts, lead, parts.given.robot
         reserve = braking_reserve(robot) if parts.given.limits_torque else None
-        told = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
-        self._number, self._known = np.array([told.number]), {told.number: told}
+        given = Configuration(next(NUMBERS), Belief(robot), MountedRobot(robot), reserve)
+        self._number, self._known = np.array([given.number]), {given.number: given}
         self._applied: Configuration | None = None
-        told.tell(parts.session.K, parts.orders, None)
+        given.tell(parts.session.K, parts.commands, None)
         self.apply()
 
     @property
@@ -181,12 +181,12 @@ class CurrentConfiguration:
         robot = self.now.arm.robot
         q = frozen(robot.angles(q))
         v = frozen(np.zeros(robot.nv) if v is None else array("v", v, (robot.nv,), "(nv,)"))
-        self._change(lambda told: replace(told, start=(q, v)))
+        self._change(lambda given: replace(given, start=(q, v)))
 
     def report(self, fault: Fault) -> None:
         """Believe a fault that the user reports: what becomes of it is the user's."""
         response = self._parts.response
-        self.believe(fault, response and partial(response.told, fault))
+        self.believe(fault, response and partial(response.reported, fault))
 
     def withdraw(self, joint: str | int) -> None:
         """Believe the user that a joint is healthy, and look at it again."""
@@ -195,11 +195,11 @@ class CurrentConfiguration:
 
     def believe(self, fault: Fault, then: Callable[[], None] | None = None) -> None:
         """Believe one fault more."""
-        self._change(lambda told: replace(told, belief=told.belief.reported(fault)), then)
+        self._change(lambda given: replace(given, belief=given.belief.reported(fault)), then)
 
     def disbelieve(self, joint: str | int, then: Callable[[], None] | None = None) -> None:
         """Believe that a joint is healthy."""
-        self._change(lambda told: replace(told, belief=told.belief.without(joint)), then)
+        self._change(lambda given: replace(given, belief=given.belief.without(joint)), then)
 
     def brake(self, joint: str | int) -> None:
         """Let the brake of a joint that swings freely be closed, and believe that it stands."""
@@ -211,18 +211,18 @@ class CurrentConfiguration:
                 f"{name} is not believed to swing freely, so that no brake of it is asked for; report it as "
                 "ftqp.Locked if it stands"
             )
-        self._parts.orders.ask_for_brake(i)
+        self._parts.commands.ask_for_brake(i)
         self.report(Locked(name, mode="instant"))
 
     def carry(self, payload: Payload | None) -> None:
         """Count on another load; one that motors cannot hold gets a warning."""
         limited = self._parts.given.limits_torque
 
-        def loaded(told: Configuration) -> Configuration:
-            arm = told.arm.carrying(payload)
+        def loaded(given: Configuration) -> Configuration:
+            arm = given.arm.carrying(payload)
             load = None if payload is None else arm.load
             reserve = braking_reserve(arm.bare, load) if limited else None
-            return replace(told, arm=arm, reserve=reserve)
+            return replace(given, arm=arm, reserve=reserve)
 
         self._change(loaded)
         if payload is not None:
@@ -236,13 +236,13 @@ class CurrentConfiguration:
             raise InputError(
                 "the planner follows a plan of another end effector; plan for robot.with_tip(T) instead"
             )
-        self._change(lambda told: replace(told, arm=told.arm.holding(T)))
+        self._change(lambda given: replace(given, arm=given.arm.holding(T)))
 
     def lead_at(self, share: float) -> None:
         """Lead the arm at another share of full speed."""
         if not 0.0 < positive("speed", share) <= 1.0:
             raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
-        self._change(lambda told: replace(told, speed=float(share)))
+        self._change(lambda given: replace(given, speed=float(share)))
 
     def _change(
         self, change: Callable[[Configuration], Configuration], then: Callable[[], None] | None = None
@@ -270,11 +270,11 @@ class CurrentConfiguration:
         if not after.tells_as(before):
             if before.arm is not after.arm:
                 parts.out.fill_in()  # steps that are kept stay with the arm that they had
-            draft.begin(parts.session, parts.arm, parts.orders)
-            after.tell(draft.K, draft.orders, before)
+            draft.begin(parts.session, parts.arm, parts.commands)
+            after.tell(draft.K, draft.commands, before)
             if draft.K.state.is_reset:
                 for i in after.weakened(before):
-                    parts.loop.find_overload(i, draft.K, draft.orders)
+                    parts.loop.find_overload(i, draft.K, draft.commands)
             changes += draft.changes
         if after.speed != before.speed:
             changes.append((parts.session.field("feedback", "speed"), np.array([after.speed])))
@@ -283,18 +283,18 @@ class CurrentConfiguration:
     def apply(self) -> None:
         """Let the planner's parts follow what it was told as far as they have not; begun, it begins again."""
         while self._applied is not self.now:
-            before, told = self._applied, self.now
-            if before is not None and before.arm is not told.arm:
+            before, given = self._applied, self.now
+            if before is not None and before.arm is not given.arm:
                 for stage in self._parts.stages:
                     if stage.mount is not None:
-                        stage.mount(told.arm.robot)
-            if before is None or before.belief is not told.belief:
-                self._parts.believe(told.belief)
-            if told.start is not None and (before is None or before.start is not told.start):
+                        stage.mount(given.arm.robot)
+            if before is None or before.belief is not given.belief:
+                self._parts.believe(given.belief)
+            if given.start is not None and (before is None or before.start is not given.start):
                 for stage in self._parts.stages:
                     if stage.begin is not None:
-                        stage.begin(told.start[0], told.arm.robot, told.belief)
-            if told.then is not None:
-                told.then()
-            self._applied = told
+                        stage.begin(given.start[0], given.arm.robot, given.belief)
+            if given.then is not None:
+                given.then()
+            self._applied = given
         self._lead(self._parts.fast)

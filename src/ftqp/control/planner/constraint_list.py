@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.planner.filled_rows import DeadlineMonitor, resting, seen_of, tried
+from ftqp.control.planner.filled_rows import DeadlineMonitor, call_checked, resting, seen_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.task.keep import CONE, Keep, Side, TorqueLimits
 from ftqp.control.task.own_task import OwnConstraint
@@ -72,7 +72,7 @@ _LOG = logging.getLogger(__name__)
 Constraint = Keep | Rows | OwnConstraint | TorqueLimits
 
 
-def listed(constraints: Any) -> tuple[Constraint, ...]:
+def checked_constraints(constraints: Any) -> tuple[Constraint, ...]:
     """The constraints that a planner was given."""
     if constraints is None:
         return ()
@@ -175,7 +175,7 @@ class Constraints(Mapping[str, Kept]):
         self._fills = [own.filling(robot) for own in self._own]
         for own, fill in zip(self._own, self._fills, strict=True):
             empty = np.zeros((own.rows, robot.nv)), np.full(own.rows, -np.inf), np.full(own.rows, np.inf)
-            why = tried(fill, resting(self._seen, robot.neutral), *empty)
+            why = call_checked(fill, resting(self._seen, robot.neutral), *empty)
             if why:
                 raise InputError(
                     f"fill of {own.label} {why} at the neutral posture at rest, expected that it writes "
@@ -202,7 +202,7 @@ class Constraints(Mapping[str, Kept]):
             C[:], l[:], u[:] = 0.0, -np.inf, np.inf
             began = now()
             try:
-                why = tried(fill, self._seen, C, l, u)
+                why = call_checked(fill, self._seen, C, l, u)
             except BaseException:
                 C[:], l[:], u[:] = 0.0, -np.inf, np.inf
                 raise

@@ -19,7 +19,7 @@ LETTERS = 120
 """So much of an exception's text is told."""
 
 
-class Seen(NamedTuple):
+class RowState(NamedTuple):
     """What a function of the user is shown before each tick.
 
     Attributes:
@@ -37,11 +37,11 @@ class Seen(NamedTuple):
     dt: float
 
 
-def seen_of(session: Session, robot: Robot) -> Seen:
+def seen_of(session: Session, robot: Robot) -> RowState:
     """What functions see of a planner, the memory itself."""
     q, v, a = (session.view("state", name)[: robot.nv] for name in ("q_command", "v_command", "a_command"))
     state = session.K.state
-    return Seen(q, v, a, "velocity" if state.level == VELOCITY else "acceleration", float(state.dt))
+    return RowState(q, v, a, "velocity" if state.level == VELOCITY else "acceleration", float(state.dt))
 
 
 class _Own(NamedTuple):
@@ -93,7 +93,7 @@ class OwnRows:
         terms: Any,
         tasks: Sequence[tuple[int, str, OwnTask]],
         robot: Robot,
-        seen: Seen,
+        seen: RowState,
         failed: dict[str, str],
     ) -> None:
         n, self._seen, self._pace = robot.nv, seen, DeadlineMonitor(seen.dt)
@@ -101,7 +101,7 @@ class OwnRows:
         self._warned: set[str] = set()
         still, fills = resting(seen, robot.neutral), [task.filling(robot) for _, _, task in tasks]
         for (_, name, task), fill in zip(tasks, fills, strict=True):
-            why = tried(fill, still, np.zeros((task.count, n)), np.zeros(task.count))
+            why = call_checked(fill, still, np.zeros((task.count, n)), np.zeros(task.count))
             if why:
                 raise InputError(
                     f"fill of {name} {why} at the neutral posture at rest, expected that it writes finite "
@@ -118,7 +118,7 @@ class OwnRows:
             J[:] = b[:] = 0.0
             began = now()
             try:
-                why = tried(fill, self._seen, J, b)
+                why = call_checked(fill, self._seen, J, b)
             except BaseException:
                 J[:] = b[:] = 0.0
                 raise
@@ -143,7 +143,7 @@ def refuse_asking(asking: Sequence[str], whom: str, remedy: str) -> None:
         )
 
 
-def tried(fill: Callable[..., object], state: Seen, *arrays: FloatArray) -> str:
+def call_checked(fill: Callable[..., object], state: RowState, *arrays: FloatArray) -> str:
     """Call a function that fills arrays; what is wrong with it, or nothing. Ctrl-C goes through."""
     try:
         returned = fill(state, *arrays)
@@ -156,7 +156,7 @@ def tried(fill: Callable[..., object], state: Seen, *arrays: FloatArray) -> str:
     return "gave l > u, or NaN" if len(arrays) == 3 and not (arrays[1] <= arrays[2]).all() else ""
 
 
-def resting(seen: Seen, neutral: FloatArray) -> Seen:
+def resting(seen: RowState, neutral: FloatArray) -> RowState:
     """What functions are tried with when a planner is made: a posture at rest."""
     still = frozen(np.zeros(len(neutral)))
     return seen._replace(q=frozen(neutral.copy()), v=still, a=still)

@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.control.planner.stages import Tick
 from ftqp.core.checks import FloatArray, numbers, shown, sized
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.planner_commands import PlannerCommands
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import Mistake
 from ftqp.kernel.layout.thresholds import MOST_ROWS, MOST_TICKS
@@ -108,15 +108,17 @@ def whole_ticks(ticks: Any) -> int:
     return count
 
 
-def made_up_for(orders: Orders, tick: Tick, target: tuple[Any, ...], ticks: int, v: FloatArray) -> None:
+def made_up_for(
+    commands: PlannerCommands, tick: Tick, target: tuple[Any, ...], ticks: int, v: FloatArray
+) -> None:
     """Do the ticks that were missed, with nothing measured and targets on the way to the given one."""
     packed, row = target
     for left in range(min(ticks, MOST_TICKS) - 1, 0, -1):
-        code = orders.miss(packed, row, left)
+        code = commands.miss(packed, row, left)
         try:
             if code >= 0:
-                code = tick(orders.expected, v, orders.target, 0)
+                code = tick(commands.expected, v, commands.target, 0)
         finally:
-            orders.hear()
+            commands.measure_again()
         if code < 0:
-            raise mistake(code, orders.expected, v, len(v), len(v))
+            raise mistake(code, commands.expected, v, len(v), len(v))

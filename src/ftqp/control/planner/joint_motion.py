@@ -4,7 +4,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import HELD
+from ftqp.control.inverse_kinematics.motion_validity import HELD
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.references.jerk_limit import ENDLESS, RISE_TIME, Motion, State
 from ftqp.core.checks import FloatArray

@@ -78,7 +78,7 @@ class Ticks:
         began = now() if self._timing else 0
         v = at_rest if v is None else v
         if ticks != 1:
-            made_up_for(parts.orders, tick, target, whole_ticks(ticks), at_rest)
+            made_up_for(parts.commands, tick, target, whole_ticks(ticks), at_rest)
         if tau is None and tip is None:
             code = converted_tick(tick, q, v, target)
         else:
@@ -120,7 +120,7 @@ class Lead:
         self, make: Callable[..., Step], parts: Assembly, leader: Memory, meant: FloatArray | None
     ) -> None:
         self._make, self._tick, self.memory, self._meant = make, parts.led_tick(leader), leader, meant
-        self.give_up: Callable[[], bool] = parts.orders.give_up
+        self.give_up: Callable[[], bool] = parts.commands.give_up
         self._path = leader if leader.kind == "path" else None
         self._session, self._said = parts.session, parts.said
 

@@ -161,11 +161,11 @@ class PlanLeading:
         return Stage(
             ticks=(CLOCK, *LED),
             before=self.follow,
-            believe=self._adopt,
+            believe=self._apply_belief,
             begin=lambda q, _, belief: self.begin(q, belief.faults),
         )
 
-    def _adopt(self, belief: Belief) -> None:
+    def _apply_belief(self, belief: Belief) -> None:
         """Lead on after a failure from where the arm is sent, once it has begun."""
         if self._K.state.is_reset:
             self.believe(self._K.gate.q[: self._q.shape[1]].copy(), belief.faults)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import pose
-from ftqp.kernel.entry.orders import NO_LOAD, Load, ReserveSamples
+from ftqp.kernel.entry.planner_commands import NO_LOAD, Load, ReserveSamples
 from ftqp.model.build import LENGTH_FRACTION
 from ftqp.model.followers import coupled_columns, coupled_places
 from ftqp.model.payload import Payload

@@ -7,7 +7,7 @@ from threading import get_ident
 from types import FrameType
 from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
-from ftqp.control.inverse_kinematics.passable import MotionValidity
+from ftqp.control.inverse_kinematics.motion_validity import MotionValidity
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.assembly import Assembly, Deployable
 from ftqp.control.planner.configuration import Configuration, CurrentConfiguration
@@ -82,7 +82,7 @@ def given(read: Callable[[Settings], T]) -> Fixed[T]:
 
 def told(read: Callable[[Configuration], T], about: str, remedy: str) -> Fixed[T]:
     """An attribute of what a planner was told last."""
-    return Fixed(lambda planner: read(planner._told.now), about, remedy)
+    return Fixed(lambda planner: read(planner._configuration.now), about, remedy)
 
 
 def part(read: Callable[[Assembly], T], about: str, remedy: str = "it is read, and follows it") -> Fixed[T]:
@@ -142,8 +142,18 @@ class Planner:
     """
 
     __slots__ = (
-        "__weakref__", "_at_rest", "_begin", "_given", "_inside", "_out", "_parts", "_rest", "_said",
-        "_session", "_ticks", "_told",
+        "__weakref__",
+        "_at_rest",
+        "_begin",
+        "_configuration",
+        "_given",
+        "_inside",
+        "_out",
+        "_parts",
+        "_rest",
+        "_said",
+        "_session",
+        "_ticks",
     )  # fmt: skip
     _begin: Callable[..., int] | None
     _inside: tuple[int, str, FrameType] | None
@@ -249,16 +259,16 @@ class Planner:
         self._given, self._inside, self._begin = given, None, None
         self._parts = parts = Assembly(
             given,
-            lambda fault: self._told.believe(fault),
-            lambda joint: self._told.disbelieve(joint),
+            lambda fault: self._configuration.believe(fault),
+            lambda joint: self._configuration.disbelieve(joint),
             self.what_ifs,
         )
         self._session, self._out, self._said, self._rest = parts.session, parts.out, parts.said, parts.rest
         self._ticks = Ticks(parts)
         self._at_rest = self._ticks.at_rest
-        self._told = CurrentConfiguration(parts, self._let)
+        self._configuration = CurrentConfiguration(parts, self._let)
         if given.n_minus_one is not None:
-            parts.refuse_looking_ahead(self._told.now.reserve)
+            parts.refuse_looking_ahead(self._configuration.now.reserve)
 
     def _let(self, tick: Callable[..., int] | None) -> None:
         """Steps may call this tick at once; None: what the planner was told is looked at first."""
@@ -352,7 +362,7 @@ class Planner:
         Raises:
             InputError: A wrong shape, or a number that is not finite.
         """
-        self._told.start(q, v)
+        self._configuration.start(q, v)
 
     @guarded("report")
     def report(self, fault: Fault) -> None:
@@ -364,7 +374,7 @@ class Planner:
         Raises:
             InputError: An unknown joint, or not a fault.
         """
-        self._told.report(fault)
+        self._configuration.report(fault)
 
     @guarded("brake")
     def brake(self, joint: str | int) -> None:
@@ -378,7 +388,7 @@ class Planner:
         Raises:
             InputError: An unknown joint, or one that does not swing freely.
         """
-        self._told.brake(joint)
+        self._configuration.brake(joint)
 
     @guarded("withdraw")
     def withdraw(self, joint: str | int) -> None:
@@ -390,7 +400,7 @@ class Planner:
         Raises:
             InputError: An unknown joint.
         """
-        self._told.withdraw(joint)
+        self._configuration.withdraw(joint)
 
     @guarded("carry")
     def carry(self, payload: Payload | None) -> None:
@@ -406,7 +416,7 @@ class Planner:
         Raises:
             InputError: This is no payload, or a robot without masses.
         """
-        self._told.carry(payload)
+        self._configuration.carry(payload)
 
     @guarded("tool")
     def tool(self, T: Any) -> None:
@@ -421,7 +431,7 @@ class Planner:
         Raises:
             InputError: T is no pose, or a plan leads the planner, which is one of its own tip.
         """
-        self._told.hold(T)
+        self._configuration.hold(T)
 
     @guarded("attach")
     def attach(self, name: str, shapes: Capsule | Sequence[Capsule]) -> None:
@@ -460,12 +470,12 @@ class Planner:
         ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
         to ``step`` are not changed by it.
         """
-        return self._told.now.speed
+        return self._configuration.now.speed
 
     @speed.setter
     @guarded("speed")
     def speed(self, share: float) -> None:
-        self._told.lead_at(share)
+        self._configuration.lead_at(share)
 
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
@@ -570,13 +580,13 @@ class Planner:
 
         None where a foreign solver or a clock takes part in every tick.
         """
-        self._told.apply()
+        self._configuration.apply()
         return Blocks(self._session, self._parts.tick, self.robot) if self._parts.is_compiled else None
 
     @guarded("step")
     def _led(self, *given: Any, **more: Any) -> Step:
         """A step of any leader; see ``Ticks.make``."""
-        self._told.apply()
+        self._configuration.apply()
         self._begin = None  # so that another thread's step comes here, too, where it is refused
         step = self._ticks.make(*given, **more)
         self._begin = self._parts.fast
@@ -590,7 +600,7 @@ class Planner:
         """
         if not self._session.K.state.is_reset:
             self._parts.tasks.refuse_without_target()
-        return self._parts.what_ifs(self.robot, self.faults, self._told.now.reserve)
+        return self._parts.what_ifs(self.robot, self.faults, self._configuration.now.reserve)
 
     def foresee(self, path: Path | None, at: float = 0.0) -> None:
         """Say what the end effector will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.
@@ -609,8 +619,8 @@ class Planner:
             InputError: A foreign solver, a network, a closed form, a plan, functions in
                 Python, a cloud of balls, or faults that it already believes in.
         """
-        self._told.apply()
-        told = self._told.now
+        self._configuration.apply()
+        told = self._configuration.now
         return self._parts.deployable(told.belief, told.reserve)
 
     def __reduce__(self) -> NoReturn:

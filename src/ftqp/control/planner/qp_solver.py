@@ -129,7 +129,7 @@ class Solver:
         self._family = "step"
         if isinstance(scheme, Resolver):
             self._family = "closed_form"
-            K.calm.on = 0  # a closed form has a way of its own with singularities
+            K.settling.on = 0  # a closed form has a way of its own with singularities
             self._reduced = closed_form_memory(scheme, robot, session)
             self._memory = (self._reduced.memory,)
         elif backend is not None and backend.name == NETWORK:

@@ -13,7 +13,7 @@ from ftqp.control.planner.task_list import TaskList
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.planner_commands import PlannerCommands
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.record import OF_ROOMS
 from ftqp.model.robot import Robot
@@ -39,7 +39,7 @@ class RolloutSetup:
     def __init__(
         self,
         session: Session,
-        orders: Orders,
+        commands: PlannerCommands,
         robot: Robot,
         given: Settings,
         solver: Solver,
@@ -52,27 +52,27 @@ class RolloutSetup:
         _refuse_foreign(given, solver)
         session = session.copy()
         self.session, self.robot, self.given = session, robot, given
-        self.told, self.around = tuple(faults.values()), around
+        self.reported, self.around = tuple(faults.values()), around
         self.samples = None if reserve is None else reserve.samples
         self.tasks, self.constraints = tasks, tuple(constraints)
-        K, self.orders = session.K, orders.on(session)  # its own: others may ask it from another thread
-        self.orders.start(np.zeros(robot.nv), np.zeros(robot.nv))
+        K, self.commands = session.K, commands.on(session)  # its own: others may ask it from another thread
+        self.commands.start(np.zeros(robot.nv), np.zeros(robot.nv))
         self.return_to_start = given.posture is None and float(K.criteria.norm_q) != 0.0
         K.cascade.external = 0
-        K.free.joint, K.free.allowed = -1, orders.given.allowed
+        K.free.joint, K.free.allowed = -1, commands.given.allowed
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
         K.monitor.names = 0  # nobody responds there
 
     def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
         """The rooms of limits and faults, by name, of a planner that was told of these, in turn."""
         session = self.session.copy()
-        orders, K = self.orders.on(session), session.K
+        commands, K = self.commands.on(session), session.K
         belief = Belief(self.robot)
-        for fault in (*self.told, *faults):
+        for fault in (*self.reported, *faults):
             belief = belief.reported(fault)
-        belief.write(orders)
-        orders.believed()
-        orders.count_on(self.samples)
+        belief.write(commands)
+        commands.believed()
+        commands.count_on(self.samples)
         return {room: K[room].copy() for room in OF_ROOMS["belief"]}
 
 

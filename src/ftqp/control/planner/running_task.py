@@ -24,7 +24,7 @@ from ftqp.control.task.soft_tasks import (
 from ftqp.core.checks import FloatArray, array, frozen, perhaps_degrees, sized
 from ftqp.core.errors import InputError
 from ftqp.core.pose import has_last_row, is_rotation_matrix, transform
-from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.planner_commands import PlannerCommands
 from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION, TARGET_SIZE
 from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
@@ -81,15 +81,25 @@ class RunningTask:
     """
 
     __slots__ = (
-        "_at", "_failed", "_goal", "_mount", "_nv", "_orders", "_other", "_terms", "_turns", "_warned",
-        "given", "name",
+        "_at",
+        "_commands",
+        "_failed",
+        "_goal",
+        "_mount",
+        "_nv",
+        "_other",
+        "_terms",
+        "_turns",
+        "_warned",
+        "given",
+        "name",
     )  # fmt: skip
 
     def __init__(
         self, terms: Any, at: int, task: SoftTask, name: str, robot: Robot, failed: dict[str, str],
-        orders: Orders,
+        commands: PlannerCommands,
     ) -> None:  # fmt: skip
-        mounts = _mounts(terms, orders.given, at, task, robot)
+        mounts = _mounts(terms, commands.given, at, task, robot)
         slots = (("_terms", terms), ("_at", at), ("given", task), ("name", name), ("_nv", robot.nv))
         turns = bool(rows_of(task) >> 3)
         views = terms.goal[at], terms.rate[at], terms.rate_change[at]
@@ -97,7 +107,7 @@ class RunningTask:
             *slots,
             ("_mount", mounts[0]),
             ("_other", mounts[1]),
-            ("_orders", orders),
+            ("_commands", commands),
             ("_turns", turns),
             ("_goal", views),
             ("_failed", failed),
@@ -115,7 +125,7 @@ class RunningTask:
     _other: FloatArray
     _turns: bool
     _goal: tuple[FloatArray, FloatArray, FloatArray]
-    _orders: Orders
+    _commands: PlannerCommands
     _failed: dict[str, str]
     _warned: bool
 
@@ -218,14 +228,14 @@ class RunningTask:
         if isinstance(self.given, PostureTask | JointTask):
             terms.q_goal[at, : self._nv] = value
         elif isinstance(self.given, PoseTask | RelativeTask):
-            self._orders.aim(at, value)
+            self._commands.aim(at, value)
         elif value.shape == (9,):
             goal, rate, ahead = self._goal
             goal[:], rate[:3], ahead[:3] = value[:3], value[3:6], value[6:]
         elif isinstance(self.given, AxisTask):
             row = np.zeros(TARGET_SIZE)
             row[[3, 7, 11]] = value
-            self._orders.aim(at, row)
+            self._commands.aim(at, row)
         else:
             terms.goal[at] = value
 

@@ -13,7 +13,12 @@ import numpy as np
 from ftqp.control.drive.joint_drive import Drive, Noise
 from ftqp.control.drive.servo_prior import FALSE_ALARMS
 from ftqp.control.planner.arm_loop import accepted_drive
-from ftqp.control.planner.constraint_list import Constraint, listed, needs_qp, refuse_without_effect
+from ftqp.control.planner.constraint_list import (
+    Constraint,
+    checked_constraints,
+    needs_qp,
+    refuse_without_effect,
+)
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
 from ftqp.control.planner.mounted_robot import warn_of_rotors
 from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
@@ -185,7 +190,7 @@ def planner_settings(
     instance("n_minus_one", n_minus_one, NMinusOne | None, "an ftqp.NMinusOne or None")
     instance("detector", detector, Detector | bool | None, "an ftqp.Detector, False or None")
     of_tip, soft, target = split(getattr(robot, "tip", None), task, tasks)
-    asked = listed(constraints)
+    asked = checked_constraints(constraints)
     instance("scene", scene, Scene | None, "an ftqp.Scene or None")
     instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
     if level not in LEVELS:

@@ -206,7 +206,7 @@ class Rest:
     def __init__(self, session: Session, degrading: Degrading, robot: Robot) -> None:
         self._degrading, self._robot, self._K = degrading, robot, session.K
         self._ticks = session.field("state", "ticks")
-        self._holding = session.field("calm", "holding")
+        self._holding = session.field("settling", "holding")
         self.held = False
 
     def tell(self, step: Step) -> None:

@@ -78,7 +78,7 @@ qp: lower=lb upper=ub z_box z nc tolerance
 limits: q_min q_max v_max lower_by upper_by
 cascade: stage claim iterations=qp_iterations residual_task residual_bounds residual_dual torque_excess
     kappa missed jump
-calm: holding
+settling: holding
 terms: soft_error=error soft_slack=slack soft_asked=asked soft_missed=missed
 scene: pairs distance nearest keep slot crowded
 free: free_joint=joint free_mode=mode free_rows=rows impact_side impact_time impact_speed impact_energy

@@ -28,7 +28,7 @@ from ftqp.control.task.soft_tasks import (
 from ftqp.control.task.task import Task, checked_gains, row_indices
 from ftqp.core.checks import FloatArray, frozen, sized
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.orders import Orders
+from ftqp.kernel.entry.planner_commands import PlannerCommands
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
 from ftqp.kernel.layout.scene_room import BEFORE_SCHEME, BESIDE_TIP, TERMS
@@ -147,7 +147,7 @@ class TaskList(Mapping[str, RunningTask]):
     def __init__(
         self,
         session: Session,
-        orders: Orders,
+        commands: PlannerCommands,
         robot: Robot,
         tasks: Sequence[SoftTask],
         level: str,
@@ -170,7 +170,7 @@ class TaskList(Mapping[str, RunningTask]):
             terms.shares[at], terms.required[at] = STANDS.get(task.level, 0), task.counts
             terms.rows[at] = rows_of(task)
             terms.kp[at], terms.kv[at] = checked_gains(task, level, dt, f" of {name}")
-            found[name] = RunningTask(terms, at, task, name, robot, self._failed, orders)
+            found[name] = RunningTask(terms, at, task, name, robot, self._failed, commands)
         terms.count = terms.own = len(tasks)
         terms.shared = sum(task.level == TIPS for task in tasks)
         self._by_name = MappingProxyType(found)

@@ -99,7 +99,7 @@ class Content(NamedTuple):
         return len(self.placed) + bool(len(self.balls))
 
 
-Told = Callable[[Content, str, Any], list[tuple[Any, Any]]]
+Watcher = Callable[[Content, str, Any], list[tuple[Any, Any]]]
 """From what will stand in a scene, what has moved (nothing where others are there then) and the number that
 the scene will have, to the arrays that are written then and what into each."""
 
@@ -168,7 +168,7 @@ class Scene(Mapping[str, Placed]):
     def _begin(self, content: Content) -> None:
         self.version = np.zeros(1, dtype=np.int64)
         self._contents = {0: content}
-        self._watchers: list[WeakMethod[Told]] = []
+        self._watchers: list[WeakMethod[Watcher]] = []
 
     @property
     def content(self) -> Content:
@@ -277,13 +277,13 @@ class Scene(Mapping[str, Placed]):
         other._begin(self.content)
         return other
 
-    def watch(self, told: Told) -> None:
+    def watch(self, watcher: Watcher) -> None:
         """Let someone say what else is written with every change.
 
         Args:
-            told: A method, which is forgotten with its object.
+            watcher: A method, which is forgotten with its object.
         """
-        self._watchers.append(WeakMethod(told))
+        self._watchers.append(WeakMethod(watcher))
 
     def _change(self, placed: dict[str, Placed], balls: FloatArray, name: str = "") -> None:
         """Work out a change for all who watch, and write it by one call; nothing changes before that.
@@ -293,8 +293,8 @@ class Scene(Mapping[str, Placed]):
         self._watchers = [one for one in self._watchers if one() is not None]
         content, version = Content(placed, balls), self.version + 1
         self._contents = {int(self.version[0]): self.content, int(version[0]): content}
-        watching = [told for one in self._watchers if (told := one()) is not None]
-        changes = [change for told in watching for change in told(content, name, version)]
+        watching = [watcher for one in self._watchers if (watcher := one()) is not None]
+        changes = [change for watcher in watching for change in watcher(content, name, version)]
         write_together([*changes, (self.version, version)])
 
     def __getstate__(self) -> Content:

@@ -80,8 +80,8 @@ class Task:
             does. It goes neither with ``scaled``, whose path waits at a singularity instead, nor with
             ``position_first``.
         calm: Whether the arm comes to rest where the target stands, also out of reach, at a singularity or
-            with a failed joint, see ``docs/theory/calm.md``. False leaves the feedback as it is, which swings
-            there without end.
+            with a failed joint, see ``docs/theory/settling.md``. False leaves the feedback as it is, which
+            swings there without end.
         degrade: Which sets of rows may be kept in place of ``rows``, of ``pose``, ``position_axis`` and
             ``position``, the largest first: when a joint swings freely, the largest that can be kept, and
             when the task stays infeasible for 0.2 s and comes no nearer, one after the other. The end

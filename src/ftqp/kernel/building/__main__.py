@@ -73,7 +73,9 @@ def _built(given: argparse.Namespace) -> int:
         usual = level_here() if away is None or is_this_machine(away) else next(iter(known))
         levels = [name for name in (given.levels or usual or "").split(",") if name]
         if not levels or not set(levels) <= set(known):
-            return _told(given, f"no class of processors is named for {machine} ({levels or known})")
+            return _report_failure(
+                given, f"no class of processors is named for {machine} ({levels or known})"
+            )
         wanted: dict[str, Any] = dict.fromkeys(levels, PARTS[given.part])
         if _is_there(given, wanted, away):
             return 0
@@ -81,7 +83,7 @@ def _built(given: argparse.Namespace) -> int:
             from ftqp.kernel.building.store import CannotBuild, Store, build
             from ftqp.kernel.compiled.making.emit import Target, target
         except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
-            return _told(given, f"building needs numba and llvmlite ({error})")
+            return _report_failure(given, f"building needs numba and llvmlite ({error})")
         try:
             store = Store(given.store)
             with store.alone():
@@ -94,9 +96,9 @@ def _built(given: argparse.Namespace) -> int:
                     ready=sys.stdin.read if given.after_stdin else None, away=away,
                 )  # fmt: skip
         except CannotBuild as error:
-            return _told(given, str(error))
+            return _report_failure(given, str(error))
     except OSError as error:
-        return _told(given, f"{error.filename or given.out}: {error.strerror or error}")
+        return _report_failure(given, f"{error.filename or given.out}: {error.strerror or error}")
     seconds, spent = 1e-9 * (now() - began), sum(os.times()[:4])
     sys.stderr.write(f"the kernel is built: {made} units compiled, {seconds:.0f} s, {spent:.0f} s of CPU\n")
     return 0
@@ -121,7 +123,7 @@ def _is_there(given: argparse.Namespace, wanted: dict[str, Any], away: WheelTarg
     return there
 
 
-def _told(given: argparse.Namespace, reason: str) -> int:
+def _report_failure(given: argparse.Namespace, reason: str) -> int:
     """Say why there is no library, here and in the manifest, unless one is there that is told to be older."""
     sys.stderr.write(f"the kernel is not built: {reason}\n")
     with contextlib.suppress(OSError):  # a folder that cannot be written is the reason itself

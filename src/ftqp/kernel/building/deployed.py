@@ -79,11 +79,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         from ftqp.kernel.building.store import CannotBuild
     except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
-        return _told(f"building needs numba and ziglang ({error}); {remedy_for_extra('build')}")
+        return _report_failure(f"building needs numba and ziglang ({error}); {remedy_for_extra('build')}")
     try:
         made = _built(given)
     except (CannotBuild, LookupError, OSError) as error:
-        return _told(str(error))
+        return _report_failure(str(error))
     sys.stdout.write(json.dumps(made) + "\n")
     return 0
 
@@ -94,7 +94,7 @@ def _say_progress(compiled: int, known: int) -> None:
     sys.stdout.flush()
 
 
-def _told(reason: str) -> int:
+def _report_failure(reason: str) -> int:
     sys.stderr.write(f"{reason}\n")
     return 1
 

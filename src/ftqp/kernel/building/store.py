@@ -32,7 +32,7 @@ import numba
 import numpy as np
 from numba.core.errors import NumbaError
 
-from ftqp.kernel.building.quicker import be_quicker
+from ftqp.kernel.building.numba_patches import patch_numba
 from ftqp.kernel.building.wheel_targets import WheelTarget
 from ftqp.kernel.compiled.library import (
     KERNEL,
@@ -42,7 +42,7 @@ from ftqp.kernel.compiled.library import (
     describe,
     file_key,
     fingerprint,
-    put,
+    store_lanes,
 )
 from ftqp.kernel.compiled.making import emit
 from ftqp.kernel.compiled.making.emit import Target
@@ -202,8 +202,8 @@ class Store:
 
     def keep(self, key: str, code: bytes, parts: list[Part]) -> None:
         """Keep an object file."""
-        put(self._folder / f"{key}.parts", pickle.dumps((fingerprint(code), parts)))
-        put(self.object_file(key), code)
+        store_lanes(self._folder / f"{key}.parts", pickle.dumps((fingerprint(code), parts)))
+        store_lanes(self.object_file(key), code)
 
     def sweep(self, keys: set[str]) -> None:
         """Remove what has not been used for a month and is of no use now."""
@@ -240,7 +240,7 @@ def compiled(
 
     ``progress`` hears how many are there and how many are known so far; each names further ones.
     """
-    be_quicker()
+    patch_numba()
     keys: dict[Unit, str] = {}
     running: dict[Future[list[Part]], Unit] = {}
     todo = [Unit(one, joints) for one in wanted]
@@ -335,7 +335,7 @@ def build(
         file = f"kernel-{sha256[:12]}.so"
         entries = {one.symbol: [one.signature, one.nogil] for one in wanted[target.cpu]}
         libraries.append({"file": file, "level": target.cpu, "sha256": sha256, "entries": entries})
-        put(out / file, code)
+        store_lanes(out / file, code)
     if code_key(source) != before:
         raise CannotBuild("its source was changed while it was being built")
     facts = {} if away is None else away.facts

@@ -8,7 +8,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch, restore
 from ftqp.kernel.layout.enums import (
-    AS_TOLD,
+    AS_STATED,
     BRAKING,
     FREE,
     HEALTHY,
@@ -151,7 +151,7 @@ def begin_to_believe(K: Any, given: Any) -> None:
     free.window = 0
     for i in range(K.chain.n):
         free.contact[i], free.tau_stop[i] = 0, 0.0
-    if K.feedback.kind == TORQUE_DRIVE or K.feedback.fresh == AS_TOLD or K.feedback.exact:
+    if K.feedback.kind == TORQUE_DRIVE or K.feedback.fresh == AS_STATED or K.feedback.exact:
         swing_as_foretold(K)
     who_leads(K.faults, K.chain, free)
     if now:

@@ -13,7 +13,7 @@ from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.latches.settling import forget_settling, latch, restore
 from ftqp.kernel.layout.enums import (
     ALL_BRAKES,
-    AS_TOLD,
+    AS_STATED,
     NO_BRAKES,
     NOT_STOPPED,
     STOPPED_BY_LAG,
@@ -63,7 +63,7 @@ def ask_for_brake(watch: Any, feedback: Any, i: int) -> None:
         return
     feedback.asks[i] = 1
     if feedback.brakes == ALL_BRAKES and watch.latched == 0:
-        feedback.culprit = i
+        feedback.isolated_joint = i
         latch(watch, STOPPED_BY_LAG)
 
 
@@ -104,7 +104,7 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
     forget_servos(K)
     for i in range(K.chain.n):
         gate.q[i] = state.q_command[i] = state.q[i] = q[i]
-        gate.sent[i] = q[i] + K.monitor.told_lead[i] * v[i]
+        gate.sent[i] = q[i] + K.monitor.stated_lead[i] * v[i]
         gate.v[i] = gate.speed[i] = state.v_command[i] = state.v[i] = v[i]
         state.a_command[i] = 0.0
         K.monitor.counted[i] = K.monitor.found[i]
@@ -117,9 +117,9 @@ def start(K: Any, given: Any, q: Any, v: Any) -> None:
     K.qp.warm = state.ticks = 0
     state.is_reset = 1
     release(K.watch, K.feedback, K.chain)
-    K.feedback.fresh = AS_TOLD
+    K.feedback.fresh = AS_STATED
     swing_as_foretold(K)
-    forget_settling(K.calm)
+    forget_settling(K.settling)
     if K.scene.pairs > 0:
         forget_distances(K.scene)
     restore(K.task, K.terms, K.qp)

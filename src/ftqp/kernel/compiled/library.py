@@ -277,7 +277,7 @@ def _loaded(path: Path, described: dict[str, Any]) -> Library:
     return Library(code, described["entries"], described["level"])
 
 
-def put(path: Path, content: bytes) -> None:
+def store_lanes(path: Path, content: bytes) -> None:
     """Write a file in one go: there is all of it, or what was there before."""
     handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
@@ -296,7 +296,7 @@ def describe(out: Path, **said: Any) -> None:
     nothing = {"libraries": [], "files": "", "code": "", "reason": ""}
     out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(platform_facts() | nothing | said, indent=1, sort_keys=True)
-    put(out / MANIFEST, f"{text}\n".encode())
+    store_lanes(out / MANIFEST, f"{text}\n".encode())
 
 
 class Kernel:

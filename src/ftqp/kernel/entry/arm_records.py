@@ -5,7 +5,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
-from ftqp.kernel.entry.orders import Orders, ReserveSamples
+from ftqp.kernel.entry.planner_commands import PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import Session, bound, share_out
 from ftqp.kernel.layout.enums import TARGET_SIZE
 from ftqp.kernel.layout.record import dtype, in_line, used_words, zeros_in_line
@@ -42,7 +42,7 @@ class ArmRecords:
     def __init__(
         self,
         session: Session,
-        orders: Orders,
+        orders: PlannerCommands,
         samples: ReserveSamples | None,
         count: int,
         joints: int,

@@ -8,7 +8,7 @@ from ftqp.kernel.commands.believed import falls, look_again
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.fallback_cascade import run_cascade
-from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, MEASURED, OK, SOLVED, TARGET_SIZE, Status
+from ftqp.kernel.layout.enums import AS_STATED, FREE, INVALID_INPUT, MEASURED, OK, SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.rows.task_rows import turn_back
@@ -76,7 +76,7 @@ def _begin(
         if returns:
             criteria.posture[i] = q[i]
         good = good and is_finite(q[i]) and is_finite(v[i])
-    feedback.fresh = AS_TOLD
+    feedback.fresh = AS_STATED
     return good
 
 

@@ -317,9 +317,9 @@ lead_to search.trees demo nogil
 follow_path search.trees demo nogil
     takes W:ways looks
     calls follow_path(W, looks)
-think search.motion demo nogil
+search_step search.motion demo nogil
     takes W:ways looks table:f8[rows,W.chain.n] raw:f8[rows,W.chain.n] rows
-    calls think(W, looks, table, raw, rows)
+    calls search_step(W, looks, table, raw, rows)
 deployed_step ticks.steps c
     takes K:record G:given F:free q:f8[K.chain.n] v:f8[K.chain.n] target:f8[TARGET_SIZE] ticks
           work:f8[TARGET_SIZE+2*K.chain.n]

@@ -139,16 +139,16 @@ class WaySession:
         """Follow the path on for about so many looks; whether it ends."""
         return bool(self._bind("follow_path")(looks))
 
-    def think(self, looks: int) -> WayStage:
+    def search_step(self, looks: int) -> WayStage:
         """Search for about so many looks."""
-        stage = self._think(looks)
+        stage = self._search_step(looks)
         if stage is WayStage.SAMPLING:
             self._table, self._raw = (np.zeros((int(self.W.ticks), self.n)) for _ in range(2))
         return stage
 
-    def _think(self, looks: int) -> WayStage:
+    def _search_step(self, looks: int) -> WayStage:
         table, raw = self._table, self._raw
-        return WayStage(self._bind("think")(looks, table.ctypes.data, raw.ctypes.data, len(table)))
+        return WayStage(self._bind("search_step")(looks, table.ctypes.data, raw.ctypes.data, len(table)))
 
     def prove_again(self, table: FloatArray, first: int) -> None:
         """Prove what is left of a motion, from a tick on, in the scene as the planner has it now."""

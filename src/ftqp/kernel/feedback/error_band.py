@@ -23,7 +23,7 @@ def error_band(feedback: Any, past: Any, i: int) -> float:
 
 
 @rare_jit
-def part_with(K: Any, f: int) -> None:
+def redistribute_disturbance(K: Any, f: int) -> None:
     """Joint f is known to have failed: what it did not do is no disturbance of a torque arm any more.
 
     Until then it was to have an acceleration that it had not, by d_f. The others answered for it and saw

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.feedback.error_band import error_band
-from ftqp.kernel.feedback.lasting import lasts
+from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
@@ -59,8 +59,8 @@ def _joint_gap(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) ->
             g = abs(feedback.seen[i] - past.q[then, i]) / error_band(feedback, past, i)
             if g > gap:
                 gap = g
-                feedback.culprit = i
-    lasts(state, feedback, LAGS, 0, gap > 1.0)
+                feedback.isolated_joint = i
+    persisted(state, feedback, LAGS, 0, gap > 1.0)
     return gap
 
 
@@ -79,11 +79,11 @@ def measure_gap(K: Any) -> None:
         silent = 1.0 if feedback.silent > feedback.patience else 0.0
         odd = K.monitor.worst if feedback.kind == POSITION_DRIVE else 0.0  # else its loop takes it back
         feedback.gap, feedback.tip_gap, feedback.far = max(odd, held_back, silent), 0.0, 0
-        feedback.culprit = K.monitor.suspect
-        lasts(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
+        feedback.isolated_joint = K.monitor.suspect
+        persisted(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
         return
     if not feedback.displaced and feedback.exact:
-        feedback.far = feedback.lasting[LAGS, 0] = 0
+        feedback.far = feedback.persistence[LAGS, 0] = 0
         return
     for k in range(6):
         feedback.left[k] = feedback.off[k] + feedback.c[k]

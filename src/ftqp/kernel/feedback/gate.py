@@ -9,7 +9,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics, mimic, mimic_places
-from ftqp.kernel.feedback.observer import feel
+from ftqp.kernel.feedback.observer import dynamics_at_estimate
 from ftqp.kernel.feedback.reference import place_of
 from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE
 from ftqp.kernel.jit import jit, part_jit, rare_jit
@@ -35,7 +35,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import FASTEST, LONGEST, UNLIMITED
 from ftqp.kernel.maths.elementary import larger, smaller
-from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, lane_mask, load_lanes, store_lanes
 from ftqp.kernel.monitor.leading import keep_found
 from ftqp.kernel.rows.failed_joints import braked_velocity
 
@@ -52,8 +52,8 @@ FULL = 0.999
 def open_gate(state: Any, gate: Any, chain: Any) -> None:
     """Begin a tick at what was last let through."""
     for at in range(0, chain.n, WIDTH):
-        put(state.q_command, at, several(gate.q, at))
-        put(state.v_command, at, several(gate.v, at))
+        store_lanes(state.q_command, at, load_lanes(gate.q, at))
+        store_lanes(state.v_command, at, load_lanes(gate.v, at))
 
 
 @jit
@@ -80,11 +80,11 @@ def _near(state: Any, limits: Any, gate: Any, at: int, q: Any, v: Any, v_last: A
     A joint that is beyond its range comes back or brakes; one that is inside stays there.
     """
     dt = state.dt
-    q_last, q_min, q_max = several(gate.q, at), several(limits.q_min, at), several(limits.q_max, at)
+    q_last, q_min, q_max = load_lanes(gate.q, at), load_lanes(limits.q_min, at), load_lanes(limits.q_max, at)
     near = _keeps(q - q_last, dt * larger(abs(v), abs(v_last)))
     near = near & _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last)))
     if limits.conversion == VIABILITY:
-        a_max = several(limits.a_max, at)
+        a_max = load_lanes(limits.a_max, at)
         near = near & _keeps(v - v_last, dt * a_max)
         near = near & (_leaves_room(state, v, v_last, a_max, q_max - q) | ((q_last > q_max) & (v < v_last)))
         return near & (_leaves_room(state, -v, -v_last, a_max, q - q_min) | ((q_last < q_min) & (v > v_last)))
@@ -101,10 +101,10 @@ def _is_a_motion(q: Any, v: Any, change: Any) -> Any:
 @jit
 def _mimics(chain: Any, at: int) -> Any:
     """Which of the joints at .. at + 7 mimic others: what may leave of those is decided by their leaders."""
-    which = below(0, at)
+    which = lane_mask(0, at)
     for m in range(at, min(at + WIDTH, chain.n)):
         if chain.lead[m] != m:
-            which = which | (below(m + 1, at) & ~below(m, at))
+            which = which | (lane_mask(m + 1, at) & ~lane_mask(m, at))
     return which
 
 
@@ -116,30 +116,30 @@ def _lets_through(K: Any, at: int) -> bool:
     nobody commands, no more is asked than that.
     """
     gate, state, feedback, limits = K.gate, K.state, K.feedback, K.limits
-    q, v, v_last = several(state.q_command, at), several(state.v_command, at), several(gate.v, at)
-    v_max, dt = several(limits.v_max, at), state.dt
+    q, v, v_last = load_lanes(state.q_command, at), load_lanes(state.v_command, at), load_lanes(gate.v, at)
+    v_max, dt = load_lanes(limits.v_max, at), state.dt
     if feedback.active:
         near = _near(state, limits, gate, at, q, v, v_last, v_max)
         if feedback.kind == VELOCITY_DRIVE:
-            near = near & _keeps(several(feedback.v_sent, at), larger(smaller(v_max, UNLIMITED), abs(v)))
+            near = near & _keeps(load_lanes(feedback.v_sent, at), larger(smaller(v_max, UNLIMITED), abs(v)))
         elif feedback.kind == TORQUE_DRIVE:
-            tau = several(feedback.tau_sent, at)
-            near = near & _keeps(tau, several(limits.tau_max, at)) & (abs(tau) < inf)
+            tau = load_lanes(feedback.tau_sent, at)
+            near = near & _keeps(tau, load_lanes(limits.tau_max, at)) & (abs(tau) < inf)
         elif feedback.kind == POSITION_DRIVE:
             top = larger(smaller(v_max, UNLIMITED), larger(abs(v), abs(v_last)))
-            way = dt * (top + LONGEST * several(limits.a_max, at))
-            near = near & _keeps(several(feedback.q_sent, at) - several(gate.sent, at), way)
-            near = near & (abs(several(feedback.v_sent, at)) < inf)
+            way = dt * (top + LONGEST * load_lanes(limits.a_max, at))
+            near = near & _keeps(load_lanes(feedback.q_sent, at) - load_lanes(gate.sent, at), way)
+            near = near & (abs(load_lanes(feedback.v_sent, at)) < inf)
     else:
         near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last))) & (abs(q) < inf)
     if K.chain.mimics:
         near = near | _mimics(K.chain, at)
     if K.chain.floating:
-        floats = below(K.chain.floating, at) & _is_a_motion(q, v, dt * several(state.a_command, at))
+        floats = lane_mask(K.chain.floating, at) & _is_a_motion(q, v, dt * load_lanes(state.a_command, at))
         near = near | floats
     if K.faults.working < K.chain.n:
-        near = near | (is_set(K.faults.code, at) & _is_a_motion(q, v, dt * several(state.a_command, at)))
-    return all_of(near | ~below(K.chain.n, at))
+        near = near | (is_set(K.faults.code, at) & _is_a_motion(q, v, dt * load_lanes(state.a_command, at)))
+    return all_of(near | ~lane_mask(K.chain.n, at))
 
 
 @jit
@@ -229,7 +229,7 @@ def _brake(K: Any) -> None:
         mimic(K.chain, state.a_command)
     K.kinematics.has_dynamics = 0
     if feedback.kind == TORQUE_DRIVE:
-        feel(K)
+        dynamics_at_estimate(K)
         for i in range(n):
             tau = feedback.h[i]
             for j in range(n):
@@ -242,8 +242,8 @@ def _brake(K: Any) -> None:
     for j in range(len(K.qp.z)):
         K.qp.z[j] = 0.0
     K.task.scale = 0.0
-    forget_settling(K.calm)
-    K.calm.entered = 0
+    forget_settling(K.settling)
+    K.settling.entered = 0
     K.qp.warm = 0
     K.free.joint = -1
     feedback.fresh = AS_SENT
@@ -269,12 +269,12 @@ def pass_gate(K: Any) -> bool:
         mimic_places(K.chain, feedback.q_sent)
         mimic(K.chain, feedback.v_sent)
     for at in range(0, K.chain.n, WIDTH):
-        put(gate.q, at, several(state.q_command, at))
-        put(gate.v, at, several(state.v_command, at))
-        put(gate.sent, at, several(feedback.q_sent, at))
-        put(gate.speed, at, several(feedback.v_sent, at))
+        store_lanes(gate.q, at, load_lanes(state.q_command, at))
+        store_lanes(gate.v, at, load_lanes(state.v_command, at))
+        store_lanes(gate.sent, at, load_lanes(feedback.q_sent, at))
+        store_lanes(gate.speed, at, load_lanes(feedback.v_sent, at))
         if feedback.kind == TORQUE_DRIVE:
-            put(gate.tau, at, several(feedback.tau_sent, at))
+            store_lanes(gate.tau, at, load_lanes(feedback.tau_sent, at))
     for k in range(K.faults.working, K.chain.n):
         i = K.faults.order[k]
         if K.faults.code[i] == FREE or K.faults.code[i] == MEASURED:

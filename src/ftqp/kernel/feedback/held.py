@@ -10,7 +10,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic_places
-from ftqp.kernel.feedback.lasting import drop
+from ftqp.kernel.feedback.persistence import reset_counter
 from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
@@ -55,7 +55,7 @@ MOST = 0.015
 GROWS, GROWS_BY_TORQUE = 5e-4, 0.02
 """... and so much farther a second [rad/s or m/s], because dry friction may hold an arm that was let go; more
 on an arm that takes torques, whose spring is soft; ..."""
-CREEPS = 0.02
+HELD_VELOCITY = 0.02
 """... or so fast where it takes velocities [rad/s or m/s]."""
 BACK = 0.5
 """Share of its speed limit at which the command goes back to a joint that is held."""
@@ -71,7 +71,7 @@ def _forget(held: Any, n: int) -> None:
     held.stood = held.still = held.since = 0.0
     held.sees = 0
     for i in range(n):
-        held.asked[i] = held.went[i] = 0.0
+        held.asked[i] = held.moved_lately[i] = 0.0
 
 
 @rare_jit
@@ -83,10 +83,10 @@ def _begin(K: Any, then: int) -> None:
         v = K.past.v[then, i]
         held.last[i] = K.state.q[i] if is_finite(K.state.q[i]) else K.state.q_command[i]
         held.speed[i] = v
-        held.usual[i] = 0.0
+        held.baseline[i] = 0.0
         held.older[0, i] = held.older[1, i] = held.last[i]
         held.begun[i], held.at[i], held.near[i] = K.past.q[then, i], held.last[i], held.last[i]
-        held.went[i] = 0.0 if abs(v) < should else (JUST if v > 0.0 else -JUST)
+        held.moved_lately[i] = 0.0 if abs(v) < should else (JUST if v > 0.0 else -JUST)
 
 
 @jit
@@ -145,13 +145,15 @@ def _stands(K: Any, then: int, dt: float) -> bool:
             held.near[i] = sample
         if abs(speed) > still:
             usual = feedback.d_slow[i] if feedback.kind == TORQUE_DRIVE else K.past.q[then, i] - sample
-            held.usual[i] += slow * (usual - held.usual[i])
+            held.baseline[i] += slow * (usual - held.baseline[i])
         if abs(speed) > should:
-            held.went[i] = lately if speed > 0.0 else -lately
+            held.moved_lately[i] = lately if speed > 0.0 else -lately
         else:
-            held.went[i] = _toward(held.went[i], 0.0, dt)
+            held.moved_lately[i] = _toward(held.moved_lately[i], 0.0, dt)
         v, gone = K.past.v[then, i], K.past.q[then, i] - held.begun[i]
-        just = abs(v) > should and v * held.went[i] > 0.0 and abs(gone) > STEPS * feedback.increment[i]
+        just = (
+            abs(v) > should and v * held.moved_lately[i] > 0.0 and abs(gone) > STEPS * feedback.increment[i]
+        )
         most = FAR + EXCESS_SIGMAS * sigma + SHOULD * abs(sample - held.at[i])
         far = held.still > ASKED and abs(gone) > most
         held.way[i] = 1.0 if (v if just else gone) > 0.0 else -1.0
@@ -188,7 +190,7 @@ def hold(K: Any) -> None:
             gate.q[i] = gate.sent[i] - K.monitor.droop[i]
         feedback.held[i] = 0
         feedback.unresponsive[i] = 0
-        drop(feedback, i)
+        reset_counter(feedback, i)
     feedback.unresponsive_count = 0
 
 
@@ -212,7 +214,7 @@ def _stay(K: Any, dt: float) -> bool:
             held.at[i] = held.last[i]
         q = held.at[i] + held.way[i] * ahead
         if feedback.kind == POSITION_DRIVE:
-            q = _toward(gate.q[i], q + held.usual[i], BACK * top * dt)
+            q = _toward(gate.q[i], q + held.baseline[i], BACK * top * dt)
         low, high = min(limits.q_min[i], gate.q[i]), max(limits.q_max[i], gate.q[i])
         gate.q[i] = min(max(q, low), high)
     if gone < min(2, faults.working):
@@ -243,7 +245,7 @@ def _stand(K: Any) -> None:
             feedback.bad[i] = feedback.age[i] = 0
             feedback.spent[i] = 0.0
         if feedback.kind == TORQUE_DRIVE:
-            feedback.d_hat[i] = feedback.d_slow[i] = held.usual[i]
+            feedback.d_hat[i] = feedback.d_slow[i] = held.baseline[i]
 
 
 @jit

@@ -15,7 +15,7 @@ from ftqp.kernel.arm.dynamics import torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion, moves, point_column
 from ftqp.kernel.feedback.doubt import TORQUE_NOISE, bounded_limit
 from ftqp.kernel.feedback.learned_delay import hear_delay
-from ftqp.kernel.feedback.pairs import is_soft
+from ftqp.kernel.feedback.pairs import gain_reduced
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY
@@ -45,7 +45,7 @@ it to a tenth."""
 
 
 @jit
-def is_heard(K: Any, i: int) -> bool:
+def torque_known(K: Any, i: int) -> bool:
     """Whether the torque of joint i is known: it works, or swings freely, away from its stops, without any.
 
     Not before the filters have forgotten what its motor gave; and after an impact nothing is heard.
@@ -83,12 +83,12 @@ def _measure_noise(learned: Any, i: int, q: float, dt: float) -> None:
     raw = learned.raw
     third = q - 3.0 * raw[0, i] + 3.0 * raw[1, i] - raw[2, i]
     raw[2, i], raw[1, i], raw[0, i] = raw[1, i], raw[0, i], q
-    if learned.heard >= 3:
+    if learned.samples >= 3:
         learned.noise[i] += dt / NOISE_TIME * (third * third / 20.0 - learned.noise[i])
 
 
 @jit
-def hear(K: Any) -> None:
+def add_sample(K: Any) -> None:
     """This tick's sample, and the torque that led to it, go through the filters.
 
     Of three filtered samples the middle one is looked at, and of two torques the mean, which is that of its
@@ -98,7 +98,7 @@ def hear(K: Any) -> None:
     """
     learned, feedback, past, supposed = K.learned, K.feedback, K.past, K.supposed
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
-    dt, first = K.state.dt, learned.heard == 0
+    dt, first = K.state.dt, learned.samples == 0
     if first:
         learned.wait = 0
         for k in range(POLES):
@@ -130,7 +130,7 @@ def hear(K: Any) -> None:
         learned.slope[i] = (tau - learned.tau_was[i]) / dt
         learned.q_was[1, i], learned.q_was[0, i] = last, q
         learned.tau_was[i] = tau
-    learned.heard += 1
+    learned.samples += 1
     learned.until_free = max(learned.until_free - 1, 0)
 
 
@@ -176,7 +176,7 @@ def take(K: Any) -> None:
     """
     learned, feedback, supposed = K.learned, K.feedback, K.supposed
     chain, kinematics, a = K.chain, K.kinematics, learned.a
-    pushed = feedback.touched > 0 or feedback.lasting[TOUCHED, 0] > 0
+    pushed = feedback.touched > 0 or feedback.persistence[TOUCHED, 0] > 0
     share = learned.begun
     for i in range(chain.n):
         supposed.v[i] *= sqrt(share)
@@ -196,12 +196,12 @@ def take(K: Any) -> None:
     row = learned.row
     for i in range(chain.n):
         information, moment = learned.information[i], learned.moment[i]
-        says = is_heard(K, i) and not feedback.bad[i] and not feedback.asks[i]
+        says = torque_known(K, i) and not feedback.bad[i] and not feedback.asks[i]
         says = says and not (pushed and learned.estimates > EXPERIENCED)
         says = says and chain.lead[i] == i
         _load_row(K, i, A, alpha, w)
         row[0], row[1] = a[i], learned.sense[POLES - 1, i]
-        if feedback.unresponsive[i] or is_soft(feedback, i):
+        if feedback.unresponsive[i] or gain_reduced(feedback, i):
             row[2] = row[3] = row[4] = row[5] = 0.0
         missed = learned.sent[i] - kinematics.tau[i]
         if K.faults.code[i] == FREE:  # what was told of its friction is no news

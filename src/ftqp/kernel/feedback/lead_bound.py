@@ -40,7 +40,7 @@ def beyond(K: Any, then: int, i: int, v: float) -> float:
         most = min(most, max(LAGS * top / K.feedback.servo, LEAST))
     most += BAND_SIGMAS * max(K.feedback.sigma, K.held.sigma[i])
     if K.feedback.kind != TORQUE_DRIVE:
-        most += abs(K.held.usual[i])
+        most += abs(K.held.baseline[i])
     return (off if v > 0.0 else -off) - most
 
 

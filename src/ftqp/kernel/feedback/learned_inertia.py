@@ -11,10 +11,10 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import join
 from ftqp.kernel.feedback.doubt import bounded_limit
-from ftqp.kernel.feedback.inertia_equations import SENSE, hear, take
+from ftqp.kernel.feedback.inertia_equations import SENSE, add_sample, take
 from ftqp.kernel.feedback.inertia_squares import solve
 from ftqp.kernel.feedback.learned_delay import KNOWN_AFTER, follow_delay, forget_delay
-from ftqp.kernel.feedback.pairs import is_soft
+from ftqp.kernel.feedback.pairs import gain_reduced
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import adopt
 from ftqp.kernel.jit import jit, rare_jit
@@ -91,7 +91,7 @@ def _forget_joint(learned: Any, i: int) -> None:
 @jit
 def _forget_news(K: Any) -> None:
     """The filters begin anew, and what was heard so far counts no more."""
-    K.learned.heard = 0
+    K.learned.samples = 0
     for i in range(K.chain.n):
         _forget_joint(K.learned, i)
 
@@ -176,7 +176,7 @@ def _apply(K: Any) -> None:
     for i in range(chain.n):
         least = max(abs(learned.rotor[i]) - learned.sigma[i], 0.0)
         used = least if learned.rotor[i] > 0.0 else -least
-        if is_soft(K.feedback, i):
+        if gain_reduced(K.feedback, i):
             used = min(used, learned.used[i] + learned.doubt * learned.every * K.state.dt / SUSPECTED_TIME)
         if K.faults.working < chain.n:
             _weigh(K, i, used - learned.used[i])
@@ -258,7 +258,7 @@ def _estimate(K: Any) -> None:
 
 
 @rare_jit
-def learn(K: Any, told: bool, first: bool) -> None:
+def learn(K: Any, as_stated: bool, first: bool) -> None:
     """Learn from this tick's samples what the model lacks, and let the arm that formulas see have it.
 
     Every few ticks; the others only go through the filters. When a joint fails, or works again, what was
@@ -267,7 +267,7 @@ def learn(K: Any, told: bool, first: bool) -> None:
     learned, feedback = K.learned, K.feedback
     if not learned.on:
         return
-    if told:
+    if as_stated:
         forget_learned(K)
     if not learned.based:
         _begin(K)
@@ -275,11 +275,11 @@ def learn(K: Any, told: bool, first: bool) -> None:
         learned.working = K.faults.working
         _go_back(K)
     if feedback.refused or first:
-        learned.heard = 0
+        learned.samples = 0
     if feedback.refused:
         return
-    hear(K)
-    if learned.heard % learned.every == 0:
-        if learned.heard > learned.wait:
+    add_sample(K)
+    if learned.samples % learned.every == 0:
+        if learned.samples > learned.wait:
             _estimate(K)
         _pace(K)

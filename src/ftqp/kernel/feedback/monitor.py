@@ -8,11 +8,11 @@ torques, what torques are unusual. Who has failed is said by ``ftqp.kernel.monit
 from typing import Any
 
 from ftqp.kernel.feedback.error_band import error_band
-from ftqp.kernel.feedback.lasting import lasts
 from ftqp.kernel.feedback.learned_inertia import is_known
-from ftqp.kernel.feedback.pairs import NOISE_LEVELS, is_soft, partner, soften
+from ftqp.kernel.feedback.pairs import NOISE_LEVELS, gain_reduced, partner, reduce_gain
+from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.touch import feel_touch, is_push
+from ftqp.kernel.feedback.touch import detect_touch, is_push
 from ftqp.kernel.feedback.unresponsive import leave_out, may_suspect, unusual, watch
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
@@ -34,7 +34,7 @@ def _brake_and_stop(watch: Any, feedback: Any, i: int) -> None:
     _brake(feedback, i)
     if watch.latched == 0 and (watch.stop_samples > 0 or feedback.brakes == ALL_BRAKES):
         latch(watch, STOPPED_BY_LAG)
-        feedback.culprit = i
+        feedback.isolated_joint = i
 
 
 @rare_jit
@@ -44,26 +44,28 @@ def watch_torques(K: Any) -> None:
     suspect = unusual(K)
     if is_known(K.state, K.learned):
         if K.faults.working == K.chain.n:
-            feel_touch(K, NOISE_LEVELS)
+            detect_touch(K, NOISE_LEVELS)
         else:  # what looked like one was the failure
-            feedback.touched = feedback.lasting[TOUCHED, 0] = 0
+            feedback.touched = feedback.persistence[TOUCHED, 0] = 0
         if suspect >= 0 and (
             not may_suspect(K.faults, feedback, K.chain, K.state) or is_push(K, feedback.odd)
         ):
             suspect = -1
-        soften(K)
+        reduce_gain(K)
     else:  # it may be the model that is wrong
         suspect = -1
     feedback.unresponsive_count, found = 0, -1
     for j in range(K.chain.n):
         if K.faults.code[j] != HEALTHY:
-            feedback.unresponsive[j] = feedback.lasting[SILENT, j] = 0
-        elif not feedback.unresponsive[j] and lasts(K.state, feedback, SILENT, j, j == suspect):
+            feedback.unresponsive[j] = feedback.persistence[SILENT, j] = 0
+        elif not feedback.unresponsive[j] and persisted(K.state, feedback, SILENT, j, j == suspect):
             found = j
     for j in range(K.chain.n):
         if feedback.unresponsive[j]:
             watch(K, j, found >= 0)
-        elif j == found or (feedback.asks[j] and K.faults.code[j] == HEALTHY and not is_soft(feedback, j)):
+        elif j == found or (
+            feedback.asks[j] and K.faults.code[j] == HEALTHY and not gain_reduced(feedback, j)
+        ):
             leave_out(K, j)
         feedback.unresponsive_count += feedback.unresponsive[j]
 
@@ -89,7 +91,7 @@ def watch_motion(K: Any) -> None:
     then = slot(feedback, feedback.latency)
     for i in range(K.chain.n):
         if K.faults.code[K.chain.lead[i]] != HEALTHY or feedback.thrown > 0.0:
-            feedback.lasting[LEFT_BAND, i] = feedback.lasting[TOO_FAST, i] = 0
+            feedback.persistence[LEFT_BAND, i] = feedback.persistence[TOO_FAST, i] = 0
             continue
         if K.monitor.on:
             far = K.monitor.G[i] > K.monitor.level
@@ -99,9 +101,9 @@ def watch_motion(K: Any) -> None:
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top[i] + max(top[i], abs(past.v[then, i]))
         if out or fast:
             feedback.any_counted = 1
-        if lasts(K.state, feedback, TOO_FAST, i, fast):
+        if persisted(K.state, feedback, TOO_FAST, i, fast):
             _brake_and_stop(K.watch, feedback, i)
-        if lasts(K.state, feedback, LEFT_BAND, i, out):
+        if persisted(K.state, feedback, LEFT_BAND, i, out):
             _brake(feedback, i)
 
 

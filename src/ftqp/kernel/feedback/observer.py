@@ -4,16 +4,16 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.feedback.error_band import part_with
+from ftqp.kernel.feedback.error_band import redistribute_disturbance
 from ftqp.kernel.feedback.inertia_equations import sense
-from ftqp.kernel.feedback.pairs import is_soft, soft_share
+from ftqp.kernel.feedback.pairs import gain_reduced, soft_share
 from ftqp.kernel.feedback.reference import return_to_work
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, larger, select, smaller
-from ftqp.kernel.maths.side_by_side import WIDTH, is_set, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, is_set, load_lanes, store_lanes
 
 
 @jit
@@ -66,7 +66,7 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     elif not feedback.known_failed[i]:
         feedback.known_failed[i] = 1
         if feedback.kind == TORQUE_DRIVE and not feedback.unresponsive[i]:
-            part_with(K, i)
+            redistribute_disturbance(K, i)
         for ago in range(feedback.latency + 2):
             past.a[slot(feedback, ago), i] += feedback.d_hat[i]
         feedback.d_hat[i] = feedback.d_slow[i] = 0.0
@@ -85,7 +85,7 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
         q, v = predicted(K.state, K.limits, feedback, q, v, past.a, i, feedback.d_hat[i])
     feedback.q_now[i], feedback.v_now[i] = q, v
     if healthy and not feedback.unresponsive[i]:
-        pace = K.learned.slowness[i] * (soft_share(feedback, i) if is_soft(feedback, i) else 1.0)
+        pace = K.learned.slowness[i] * (soft_share(feedback, i) if gain_reduced(feedback, i) else 1.0)
         if feedback.thrown == 0.0 and not feedback.bad[i]:  # an impact is no disturbance that lasts
             feedback.d_slow[i] += pace * (feedback.d_hat[i] - feedback.d_slow[i])
     else:
@@ -105,20 +105,25 @@ def _observe_block(
     odd = is_set(feedback.bad, at) | is_set(feedback.unresponsive, at) | (failed & ~known) | (known & ~failed)
     if any_of(odd):
         return False
-    d, d_slow = several(feedback.d_hat, at), several(feedback.d_slow, at)
+    d, d_slow = load_lanes(feedback.d_hat, at), load_lanes(feedback.d_slow, at)
     q, v = advanced(
-        state, several(feedback.q_hat, at), several(feedback.v_hat, at), several(past.a[before], at) + d
+        state,
+        load_lanes(feedback.q_hat, at),
+        load_lanes(feedback.v_hat, at),
+        load_lanes(past.a[before], at) + d,
     )
-    e = several(feedback.seen, at) - q
+    e = load_lanes(feedback.seen, at) - q
     q, v, change = corrected(state, select(failed, feedback.pole_failed, feedback.pole), q, v, e)
-    v, d = plausible(state, v, d + change, several(limits.v_max, at))
-    put(feedback.innovation, at, e)
-    put(feedback.q_hat, at, q)
-    put(feedback.v_hat, at, v)
-    put(feedback.d_hat, at, d)
-    put(feedback.q_now, at, q)
-    put(feedback.v_now, at, v)
-    put(feedback.d_slow, at, select(failed, 0.0, d_slow + several(learned.slowness, at) * (d - d_slow)))
+    v, d = plausible(state, v, d + change, load_lanes(limits.v_max, at))
+    store_lanes(feedback.innovation, at, e)
+    store_lanes(feedback.q_hat, at, q)
+    store_lanes(feedback.v_hat, at, v)
+    store_lanes(feedback.d_hat, at, d)
+    store_lanes(feedback.q_now, at, q)
+    store_lanes(feedback.v_now, at, v)
+    store_lanes(
+        feedback.d_slow, at, select(failed, 0.0, d_slow + load_lanes(learned.slowness, at) * (d - d_slow))
+    )
     return True
 
 
@@ -146,7 +151,7 @@ def observe(K: Any, first: bool) -> None:
 
 
 @rare_jit
-def feel(K: Any) -> None:
+def dynamics_at_estimate(K: Any) -> None:
     """M and h at the observed state, kept aside for the torque law.
 
     Friction is that of the commanded velocity, and what was learned of dry friction is a part of h: friction

@@ -5,7 +5,7 @@ from typing import Any
 
 from ftqp.kernel.feedback.doubt import doubt
 from ftqp.kernel.feedback.error_band import error_band
-from ftqp.kernel.feedback.lasting import lasts
+from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.hypotheses import BOTH_OBEY
@@ -43,7 +43,7 @@ def partner(feedback: Any, chain: Any, j: int) -> int:
 
 
 @jit
-def heeds(state: Any, limits: Any, feedback: Any, past: Any, j: int) -> bool:
+def tracks_command(state: Any, limits: Any, feedback: Any, past: Any, j: int) -> bool:
     """Whether joint j is where its command is, and as fast."""
     off = abs(feedback.q_now[j] - state.q_command[j])
     slower = abs(feedback.v_now[j] - state.v_command[j])
@@ -70,7 +70,7 @@ def _missing(K: Any) -> int:
 
 
 @rare_jit
-def soften(K: Any) -> None:
+def reduce_gain(K: Any) -> None:
     """The feedback of a suspect and of the joint on the same axis is soft until both obey again.
 
     Which of the two fails is not asked: a loop that is stable beside either is enough.
@@ -83,20 +83,20 @@ def soften(K: Any) -> None:
         if other >= 0:
             if not feedback.softened:
                 feedback.soft_one, feedback.soft_other = suspect, other
-            feedback.softened, feedback.lasting[BOTH_OBEY, 0] = 1, 0
+            feedback.softened, feedback.persistence[BOTH_OBEY, 0] = 1, 0
     if not feedback.softened:
         return
     one, another = feedback.soft_one, feedback.soft_other
-    agree = heeds(K.state, K.limits, feedback, K.past, one)
-    agree = agree and heeds(K.state, K.limits, feedback, K.past, another)
-    obey = lasts(K.state, feedback, BOTH_OBEY, 0, agree)
+    agree = tracks_command(K.state, K.limits, feedback, K.past, one)
+    agree = agree and tracks_command(K.state, K.limits, feedback, K.past, another)
+    obey = persisted(K.state, feedback, BOTH_OBEY, 0, agree)
     failed = faults.code[one] != HEALTHY or faults.code[another] != HEALTHY
     if failed or obey:
         feedback.softened = 0
 
 
 @jit
-def is_soft(feedback: Any, i: int) -> bool:
+def gain_reduced(feedback: Any, i: int) -> bool:
     """Whether the feedback of joint i is soft."""
     soft: bool = feedback.softened != 0 and (i == feedback.soft_one or i == feedback.soft_other)
     return soft
@@ -115,7 +115,7 @@ def soft_share(feedback: Any, i: int) -> float:
 
 
 @jit
-def softly(feedback: Any, i: int, a: Any, back: float) -> float:
+def reduced_gain_torque(feedback: Any, i: int, a: Any, back: float) -> float:
     """M_ii (1 - r) (a_i + b_i) - M_ii a_i - M_ij a_j, beside M a."""
     M = feedback.M
     j = feedback.soft_other if i == feedback.soft_one else feedback.soft_one

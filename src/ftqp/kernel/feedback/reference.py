@@ -8,7 +8,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, LOCKED, MEASURED, POSITION_DRIVE
 from ftqp.kernel.layout.thresholds import BESIDE, STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, is_finite
-from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 
 STILL = 0.01
 """A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests after
@@ -33,7 +33,7 @@ def rest_speed(feedback: Any) -> float:
 
 
 @jit
-def refer(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> None:
+def update_reference(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> None:
     """(q_r, v_r) into ``state``: the last command; of failed joints the observed state.
 
     A joint that brakes or swings counts as it is observed now. A locked joint at rest has velocity zero, and
@@ -43,8 +43,8 @@ def refer(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> None
     now = feedback.now
     rest = rest_speed(feedback)
     for at in range(0, chain.n, WIDTH):
-        put(state.q, at, several(state.q_command, at))
-        put(state.v, at, several(state.v_command, at))
+        store_lanes(state.q, at, load_lanes(state.q_command, at))
+        store_lanes(state.v, at, load_lanes(state.v_command, at))
     for k in range(faults.working, chain.n):
         i = faults.order[k]
         q, v = feedback.q_now[i], feedback.v_now[i]
@@ -87,7 +87,7 @@ def return_to_work(K: Any, i: int) -> None:
     v = min(max(gate.v[i], -top), top) if abs(gate.v[i]) > rest_speed(feedback) else 0.0
     gate.v[i] = state.v_command[i] = v
     if feedback.kind == POSITION_DRIVE:
-        ahead = K.monitor.told_lead[i] * v + K.monitor.droop[i]
+        ahead = K.monitor.stated_lead[i] * v + K.monitor.droop[i]
         q = place_of(limits, gate, i, gate.sent[i] - ahead)
     else:
         good = feedback.bad[i] == 0 and is_finite(state.q[i])
@@ -139,6 +139,6 @@ def follows(feedback: Any, chain: Any, past: Any) -> bool:
     """Whether every sample is the reference of its time to the last bit, as on an arm that obeys exactly."""
     then = slot(feedback, feedback.latency)
     for at in range(0, chain.n, WIDTH):
-        if any_of(abs(several(feedback.seen, at) - several(past.q[then], at)) > 0.0):
+        if any_of(abs(load_lanes(feedback.seen, at) - load_lanes(past.q[then], at)) > 0.0):
             return False
     return True

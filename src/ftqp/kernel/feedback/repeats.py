@@ -12,7 +12,7 @@ from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TOR
 from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
 from ftqp.kernel.layout.thresholds import COARSEST, FROZEN_SIGMAS
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, select, smaller
-from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 
 NORMAL = 2.0
 """A number that repeats while the reference goes so many times as far as it normally does is odd ..."""
@@ -74,9 +74,9 @@ def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> Any
 
     They are compared with the last good ones, which are those of the last tick.
     """
-    equal = abs(sample - several(feedback.good, at)) <= 0.0
-    moved = abs(several(feedback.moved, at) + state.dt * v)
-    return equal & (moved > _normally(several(feedback.increment, at), several(feedback.way, at)))
+    equal = abs(sample - load_lanes(feedback.good, at)) <= 0.0
+    moved = abs(load_lanes(feedback.moved, at) + state.dt * v)
+    return equal & (moved > _normally(load_lanes(feedback.increment, at), load_lanes(feedback.way, at)))
 
 
 @jit
@@ -87,10 +87,10 @@ def all_repeat_oddly(K: Any, then: int) -> bool:
     """
     feedback = K.feedback
     for at in range(0, K.chain.n, WIDTH):
-        moved = abs(several(feedback.moved, at) + K.state.dt * several(K.past.v[then], at))
-        increment = several(feedback.increment, at)
+        moved = abs(load_lanes(feedback.moved, at) + K.state.dt * load_lanes(K.past.v[then], at))
+        increment = load_lanes(feedback.increment, at)
         step = select(increment > 0.0, increment, COARSEST)
-        if any_of(moved > _normally(step, several(feedback.way, at))):
+        if any_of(moved > _normally(step, load_lanes(feedback.way, at))):
             return True
     return False
 
@@ -120,22 +120,22 @@ def no_arm_repeats_so(K: Any) -> bool:
 @jit
 def learn_block(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> None:
     """What the samples of the joints from ``at`` on, of which none repeats oddly, tell of their encoders."""
-    change, moved = sample - several(feedback.good, at), several(feedback.moved, at)
-    increment, restless = several(feedback.increment, at), several(feedback.restless, at)
+    change, moved = sample - load_lanes(feedback.good, at), load_lanes(feedback.moved, at)
+    increment, restless = load_lanes(feedback.increment, at), load_lanes(feedback.restless, at)
     rests, step = abs(v) < RESTING, abs(change)
     equal, against = step <= 0.0, change * v < 0.0
     least = select(increment > 0.0, smaller(increment, step), step)
-    put(feedback.moved, at, select(equal, moved + state.dt * v, 0.0))
-    put(feedback.increment, at, select(equal, increment, least))
-    put(
+    store_lanes(feedback.moved, at, select(equal, moved + state.dt * v, 0.0))
+    store_lanes(feedback.increment, at, select(equal, increment, least))
+    store_lanes(
         feedback.way,
         at,
-        select(equal, several(feedback.way, at), larger(several(feedback.way, at), abs(moved))),
+        select(equal, load_lanes(feedback.way, at), larger(load_lanes(feedback.way, at), abs(moved))),
     )
-    known = select(several(feedback.same, at) > 0.0, 0.0, restless)  # a number that changes has repeated
+    known = select(load_lanes(feedback.same, at) > 0.0, 0.0, restless)  # a number that changes has repeated
     known = select(rests & against, smaller(known + 1.0, RESTLESS), known)
-    put(feedback.same, at, select(equal, several(feedback.same, at) + 1.0, 0.0))
-    put(feedback.restless, at, select(equal, select(rests, 0.0, restless), known))
+    store_lanes(feedback.same, at, select(equal, load_lanes(feedback.same, at) + 1.0, 0.0))
+    store_lanes(feedback.restless, at, select(equal, select(rests, 0.0, restless), known))
 
 
 @jit

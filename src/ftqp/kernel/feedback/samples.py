@@ -3,7 +3,7 @@
 from math import inf, nan, pi
 from typing import Any
 
-from ftqp.kernel.feedback.lasting import drop
+from ftqp.kernel.feedback.persistence import reset_counter
 from ftqp.kernel.feedback.repeats import (
     IN_DOUBT,
     all_repeat_oddly,
@@ -31,7 +31,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, MOST_TICKS
 from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger, smaller, whole_turns
-from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, load_lanes, store_lanes
 
 SPEED_SHARE = 1.3
 """A joint may be this many times as fast as its velocity limit for one sample."""
@@ -89,11 +89,11 @@ def begin(K: Any) -> None:
     ) = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
-    feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
+    feedback.quiet = feedback.unresponsive_count = feedback.samples = 0
     feedback.softened = feedback.touched = 0
     feedback.time_error = 0.0
     feedback.stored = feedback.until_stored = 0
-    feedback.culprit = -1
+    feedback.isolated_joint = -1
     for k in range(6):
         feedback.c[k] = feedback.c_rate[k] = feedback.push[k] = feedback.off[k] = 0.0
     for i in range(n):
@@ -106,13 +106,13 @@ def begin(K: Any) -> None:
         feedback.offset[i] = at - q
         feedback.age[i] = feedback.still[i] = feedback.bad[i] = 0
         forget_repeats(feedback, i, at)
-        drop(feedback, i)
+        reset_counter(feedback, i)
         if anew:
             feedback.spent[i] = 0.0
             feedback.lost[i] = feedback.asks[i] = 0
             feedback.known_failed[i] = 0 if K.faults.code[K.chain.lead[i]] == HEALTHY else 1
         feedback.unresponsive[i] = 0
-        feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
+        feedback.wound[i] = feedback.baseline[i] = feedback.missing[i] = 0.0
         for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i], past.tau[s, i] = q, v, 0.0, 0.0
     for s in range(feedback.span):
@@ -257,13 +257,13 @@ def _listen(K: Any, then: int) -> None:
     state, feedback, news = K.state, K.feedback, False
     feedback.unheard = feedback.silent
     for at in range(0, K.chain.n, WIDTH):
-        sample = several(state.q, at)
-        off = abs(sample - several(feedback.angle, at))
+        sample = load_lanes(state.q, at)
+        off = abs(sample - load_lanes(feedback.angle, at))
         if not all_of(off <= pi):
             news = _unwind(K)
             break
         news = news or any_of(off > 0.0)
-        put(feedback.angle, at, sample)
+        store_lanes(feedback.angle, at, sample)
     by_torque = feedback.kind == TORQUE_DRIVE
     if news or not (K.monitor.on or by_torque) or feedback.exact or state.unusable == NOTHING_HEARD:
         feedback.silent = 0.0
@@ -358,23 +358,23 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, sigma: Any
     if any_of(odd):
         return False
     dt = state.dt
-    sample, v, q = several(state.q, at), several(past.v[then], at), several(past.q[then], at)
-    top = larger(larger(several(limits.v_max, at), abs(v)), abs(several(feedback.v_hat, at)))
-    fixed = SIGMAS * larger(several(sigma, at), feedback.sigma) + ROOM
-    fixed += smaller(several(feedback.increment, at), COARSEST)
-    room = SPEED_SHARE * dt * top + dt * dt * several(limits.a_max, at) + fixed
-    off = abs(sample - several(feedback.good, at) - dt * v)
+    sample, v, q = load_lanes(state.q, at), load_lanes(past.v[then], at), load_lanes(past.q[then], at)
+    top = larger(larger(load_lanes(limits.v_max, at), abs(v)), abs(load_lanes(feedback.v_hat, at)))
+    fixed = SIGMAS * larger(load_lanes(sigma, at), feedback.sigma) + ROOM
+    fixed += smaller(load_lanes(feedback.increment, at), COARSEST)
+    room = SPEED_SHARE * dt * top + dt * dt * load_lanes(limits.a_max, at) + fixed
+    off = abs(sample - load_lanes(feedback.good, at) - dt * v)
     if not all_of((off <= room) & (abs(sample) < inf)):
         return False
     if not feedback.exact:  # of an arm that follows exactly nothing is to be learned
         if any_of(repeat_oddly(state, feedback, at, sample, v)):
             return False
         learn_block(state, feedback, at, sample, v)
-    put(feedback.jump, at, sample - several(feedback.good, at) - dt * v)
-    put(feedback.seen, at, sample)
-    put(feedback.good, at, sample)
-    put(feedback.offset, at, sample - q)
-    put(feedback.spent, at, larger(several(feedback.spent, at) - RECOVERY * dt, 0.0))
+    store_lanes(feedback.jump, at, sample - load_lanes(feedback.good, at) - dt * v)
+    store_lanes(feedback.seen, at, sample)
+    store_lanes(feedback.good, at, sample)
+    store_lanes(feedback.offset, at, sample - q)
+    store_lanes(feedback.spent, at, larger(load_lanes(feedback.spent, at) - RECOVERY * dt, 0.0))
     return True
 
 
@@ -422,11 +422,11 @@ def believe(K: Any) -> None:
     together = together and state.unusable != NOTHING_HEARD
     _listen(K, then)
     for at in range(0, K.chain.n, WIDTH):
-        put(past.q[now], at, several(state.q_command, at))
-        put(past.v[now], at, several(state.v_command, at))
+        store_lanes(past.q[now], at, load_lanes(state.q_command, at))
+        store_lanes(past.v[now], at, load_lanes(state.v_command, at))
     for at in range(0, K.chain.n, WIDTH):
-        silent = ~(abs(several(state.q, at)) < inf)  # a sensor that says no number says no speed, either
-        elsewhere = elsewhere or not all_of((abs(several(state.v, at)) < inf) | silent)
+        silent = ~(abs(load_lanes(state.q, at)) < inf)  # a sensor that says no number says no speed, either
+        elsewhere = elsewhere or not all_of((abs(load_lanes(state.v, at)) < inf) | silent)
         if not together or not _believe_block(state, K.limits, feedback, past, K.held.sigma, at, then):
             _note_jumps(K, at, then)
             for i in range(at, min(at + WIDTH, n)):

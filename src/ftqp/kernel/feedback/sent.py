@@ -3,14 +3,14 @@
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic
-from ftqp.kernel.feedback.held import CREEPS
-from ftqp.kernel.feedback.pairs import is_soft, softly
+from ftqp.kernel.feedback.held import HELD_VELOCITY
+from ftqp.kernel.feedback.pairs import gain_reduced, reduced_gain_torque
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
-from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.monitor.leading import ahead, blend, keep_found, lead_joint
 
 FEED_FORWARD_SHARE = 0.3
@@ -171,14 +171,14 @@ def _torques(K: Any) -> None:
     n, w, now = K.chain.n, feedback.stiffness, feedback.now
     for i in range(n):
         wanted[i] = state.a_command[i]
-        feedback.softly[i] = 0.0
+        feedback.reduced_torque[i] = 0.0
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
             top = (1.0 - feedback.speed_margin) * limits.v_max[i]
             back = _feedback(top, w, state.q[i] - feedback.q_now[i], state.v[i], feedback.v_now[i])
             most = FEEDBACK_SHARE * limits.tau_max[i] / M[i, i]
             back = min(max(back, -most), most)
-            if is_soft(feedback, i):
-                feedback.softly[i] = softly(feedback, i, state.a_command, back)
+            if gain_reduced(feedback, i):
+                feedback.reduced_torque[i] = reduced_gain_torque(feedback, i, state.a_command, back)
             else:
                 wanted[i] += back
     for k in range(faults.working, faults.movable):
@@ -203,7 +203,9 @@ def _torques(K: Any) -> None:
             continue
         tau = _model_torque(feedback, K.chain, i, wanted)
         sent = min(
-            max(tau + _forward(limits, feedback, K.chain, i) + feedback.softly[i], -limits.tau_max[i]),
+            max(
+                tau + _forward(limits, feedback, K.chain, i) + feedback.reduced_torque[i], -limits.tau_max[i]
+            ),
             limits.tau_max[i],
         )
         extra[count] = sent - tau
@@ -255,7 +257,7 @@ def _faded(state: Any, limits: Any, i: int, extra: float) -> float:
 @jit
 def _creep(limits: Any, feedback: Any, held: Any, i: int) -> float:
     """What a held arm is sent: what it needed lately to stand, and a little the way that was asked for."""
-    return min(max(feedback.wound[i] + held.way[i] * CREEPS, -limits.v_max[i]), limits.v_max[i])
+    return min(max(feedback.wound[i] + held.way[i] * HELD_VELOCITY, -limits.v_max[i]), limits.v_max[i])
 
 
 @jit
@@ -286,8 +288,8 @@ def send(K: Any) -> None:
         for i in range(K.chain.n):
             feedback.bent[i] = feedback.v_sent[i] - past.v[feedback.now, i]
     for at in range(0, K.chain.n, WIDTH):
-        put(feedback.q_sent, at, several(state.q_command, at))
-        put(feedback.v_sent, at, several(state.v_command, at))
+        store_lanes(feedback.q_sent, at, load_lanes(state.q_command, at))
+        store_lanes(feedback.v_sent, at, load_lanes(state.v_command, at))
     if not feedback.active:
         return
     now = feedback.now
@@ -295,7 +297,7 @@ def send(K: Any) -> None:
         _torques(K)
         return
     for at in range(0, K.chain.n, WIDTH):
-        put(past.a[now], at, several(state.a_command, at))
+        store_lanes(past.a[now], at, load_lanes(state.a_command, at))
     K.monitor.full = 0.0
     bounded = K.monitor.sees != 0 and not K.held.on
     for k in range(faults.working):

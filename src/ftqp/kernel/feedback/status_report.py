@@ -4,14 +4,14 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.feedback.gap import norms
-from ftqp.kernel.feedback.lasting import has_lasted, lasts
+from ftqp.kernel.feedback.persistence import has_persisted, persisted
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, NO_BRAKES, OK, RELAXED, SCALED, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FOLLOWS, LAGS, MEAN_TIME
 from ftqp.kernel.layout.thresholds import GOES_ON, OUTSIDE_FROM, OUTSIDE_SIGMAS, STANDS
 from ftqp.kernel.maths.elementary import any_of
-from ftqp.kernel.maths.side_by_side import WIDTH, several
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes
 
 BACK = 0.5
 """The lag is over when every error is below this share of its tolerance for a while, so that a report does
@@ -22,7 +22,7 @@ six twice in 1e9 samples."""
 
 
 @jit
-def see_error(task: Any, feedback: Any, kinematics: Any, past: Any) -> None:
+def task_error(task: Any, feedback: Any, kinematics: Any, past: Any) -> None:
     """e: from the measured tip to the target of the same time, (6,), and its norms.
 
     That is the reference's error to the given target at that time, less d.
@@ -49,8 +49,8 @@ def _is_measured_outside(limits: Any, feedback: Any, chain: Any) -> bool:
     """
     room = OUTSIDE_FROM + OUTSIDE_SIGMAS * feedback.sigma
     for at in range(0, chain.n, WIDTH):
-        q = several(feedback.seen, at)
-        if any_of((q < several(limits.q_min, at) - room) | (q > several(limits.q_max, at) + room)):
+        q = load_lanes(feedback.seen, at)
+        if any_of((q < load_lanes(limits.q_min, at) - room) | (q > load_lanes(limits.q_max, at) + room)):
             return True
     return False
 
@@ -70,9 +70,9 @@ def report_status(state: Any, limits: Any, task: Any, feedback: Any, chain: Any,
     e = max(task.position_error / feedback.tolerance, task.rotation_error / feedback.rotation_tolerance)
     if terms.count:
         e = max(e, terms.worst)
-    if e > 1.0 or has_lasted(state, feedback, LAGS, 0):
-        feedback.lagging, feedback.lasting[FOLLOWS, 0] = 1, 0
-    elif feedback.lagging and lasts(state, feedback, FOLLOWS, 0, max(e, feedback.gap) < BACK):
+    if e > 1.0 or has_persisted(state, feedback, LAGS, 0):
+        feedback.lagging, feedback.persistence[FOLLOWS, 0] = 1, 0
+    elif feedback.lagging and persisted(state, feedback, FOLLOWS, 0, max(e, feedback.gap) < BACK):
         feedback.lagging = 0
     if outcome != OK and outcome != RELAXED and outcome != SCALED:
         return outcome

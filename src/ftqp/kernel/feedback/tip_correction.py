@@ -5,11 +5,11 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.arm.pose_error import turn_between
-from ftqp.kernel.calm.rest import gives_up
 from ftqp.kernel.feedback.reference import follows
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
+from ftqp.kernel.settling.rest import gives_up
 
 FARTHEST = 0.03
 """Largest displacement of the target [m] for an error that forward kinematics tells ..."""
@@ -89,9 +89,9 @@ def _bounded(c: Any, rate: Any, at: int, most: float) -> None:
 
 
 @jit
-def _rests(feedback: Any, calm: Any) -> bool:
+def _rests(feedback: Any, settling: Any) -> bool:
     """Whether the displacement rests: near a target that stands, where dry friction would make it hunt."""
-    if calm.stood < STOOD or feedback.tip_gap > LOUD:
+    if settling.stood < STOOD or feedback.tip_gap > LOUD:
         feedback.quiet = 0
     elif feedback.tip_gap < QUIET:
         feedback.quiet = 1
@@ -109,7 +109,7 @@ def correct(K: Any) -> None:
     taken back.
     Source: docs/theory/feedback.md, "The tip".
     """
-    state, task, watch, feedback, calm = K.state, K.task, K.watch, K.feedback, K.calm
+    state, task, watch, feedback, settling = K.state, K.task, K.watch, K.feedback, K.settling
     c, rate, kappa, dt = feedback.c, feedback.c_rate, feedback.kappa, state.dt
     share = 0.0 if K.monitor.on and not feedback.has_tip else 1.0
     feedback.displaced = 0
@@ -119,7 +119,9 @@ def correct(K: Any) -> None:
     if not feedback.displaced:
         return
     blind = feedback.refused > 0 or feedback.holding > 0
-    frozen = blind or watch.latched != 0 or _rests(feedback, calm) or calm.holding or gives_up(calm)
+    frozen = (
+        blind or watch.latched != 0 or _rests(feedback, settling) or settling.holding or gives_up(settling)
+    )
     frozen = frozen or K.held.on != 0
     for k in range(6):
         if frozen:

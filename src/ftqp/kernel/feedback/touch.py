@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.feedback.doubt import noise_of_missing
-from ftqp.kernel.feedback.lasting import lasts
+from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.hypotheses import ALONE_AGAIN, TOUCHED
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
@@ -81,7 +81,7 @@ def is_push(K: Any, r: Any) -> bool:
 
 
 @jit
-def feel_touch(K: Any, noise_levels: float) -> None:
+def detect_touch(K: Any, noise_levels: float) -> None:
     """Whether something pushes the tip: ``touched``, for so many ticks, with the force ``push_at_tip``.
 
     It is looked for in the mean over 20 ms.
@@ -90,19 +90,19 @@ def feel_touch(K: Any, noise_levels: float) -> None:
     feedback = K.feedback
     _, size = _one_motor(K.limits, K.chain.n, feedback.missing)
     if size < HALF * SLIGHT and not feedback.touched:
-        feedback.lasting[TOUCHED, 0] = 0
+        feedback.persistence[TOUCHED, 0] = 0
         return
     pushed = is_push(K, feedback.missing) and not _is_noise(K, noise_levels)
-    if lasts(K.state, feedback, TOUCHED, 0, pushed) and not feedback.touched:
+    if persisted(K.state, feedback, TOUCHED, 0, pushed) and not feedback.touched:
         feedback.touched = 1
         feedback.strongest = 0.0
-        feedback.lasting[ALONE_AGAIN, 0] = 0
+        feedback.persistence[ALONE_AGAIN, 0] = 0
     if not feedback.touched:
         return
     feedback.touched += 1
     feedback.strongest = max(feedback.strongest, size)
     little = max(HALF * SLIGHT, QUARTER * feedback.strongest)
-    over = lasts(K.state, feedback, ALONE_AGAIN, 0, size < little)
+    over = persisted(K.state, feedback, ALONE_AGAIN, 0, size < little)
     if over:
         feedback.touched = 0
     elif feedback.touched * K.state.dt > LONGEST:
@@ -113,7 +113,7 @@ def feel_touch(K: Any, noise_levels: float) -> None:
 def adopt(K: Any) -> None:
     """What is unusual becomes usual: nothing is taken for a push meanwhile."""
     K.feedback.touched = 0
-    K.feedback.lasting[TOUCHED, 0] = -int(ADOPTED / K.state.dt)
+    K.feedback.persistence[TOUCHED, 0] = -int(ADOPTED / K.state.dt)
 
 
 @jit

@@ -4,10 +4,10 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.feedback.doubt import doubt
-from ftqp.kernel.feedback.error_band import part_with
-from ftqp.kernel.feedback.lasting import has_lasted, lasts
+from ftqp.kernel.feedback.error_band import redistribute_disturbance
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
-from ftqp.kernel.feedback.pairs import ALONE, NOISE_LEVELS, heeds, is_soft, partner
+from ftqp.kernel.feedback.pairs import ALONE, NOISE_LEVELS, gain_reduced, partner, tracks_command
+from ftqp.kernel.feedback.persistence import has_persisted, persisted
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
@@ -69,12 +69,12 @@ def leave_out(K: Any, j: int) -> None:
     """
     feedback, past = K.feedback, K.past
     feedback.unresponsive[j] = 1
-    feedback.lasting[SILENT, j] = feedback.lasting[OBEYS, j] = feedback.lasting[CLEARED, j] = 0
-    feedback.lasting[PREDICTED, j] = feedback.still[j] = 0
+    feedback.persistence[SILENT, j] = feedback.persistence[OBEYS, j] = feedback.persistence[CLEARED, j] = 0
+    feedback.persistence[PREDICTED, j] = feedback.still[j] = 0
     feedback.own_q[j], feedback.own_v[j] = feedback.q_hat[j], feedback.v_hat[j]
     feedback.own_d[j], feedback.own_slow[j] = feedback.d_hat[j], feedback.d_slow[j]
     feedback.own_missed[j] = feedback.dead_missed[j] = 0.0
-    part_with(K, j)
+    redistribute_disturbance(K, j)
     if not feedback.asks[j]:  # a suspect; the one before it may be taken back in this very tick
         feedback.place_taken = 1 - feedback.place_taken
         feedback.place[j] = feedback.place_taken
@@ -88,17 +88,17 @@ def leave_out(K: Any, j: int) -> None:
 def _take_back(K: Any, j: int) -> None:
     """Joint j obeys again: what was believed of it in that case counts, and the others' share of it."""
     feedback, past = K.feedback, K.past
-    feedback.unresponsive[j] = feedback.lasting[SILENT, j] = 0
+    feedback.unresponsive[j] = feedback.persistence[SILENT, j] = 0
     feedback.d_hat[j], feedback.d_slow[j] = -feedback.own_d[j], -feedback.own_slow[j]
-    part_with(K, j)
+    redistribute_disturbance(K, j)
     feedback.q_hat[j], feedback.v_hat[j] = feedback.own_q[j], feedback.own_v[j]
     feedback.d_hat[j], feedback.d_slow[j] = feedback.own_d[j], feedback.own_slow[j]
     for ago in range(feedback.latency + 2):
         then = slot(feedback, ago)
         past.a[then, j] = past.own[then, feedback.place[j]]
-    feedback.usual[j] = 0.0
+    feedback.baseline[j] = 0.0
     for i in range(K.chain.n):
-        feedback.usual[j] += feedback.M[j, i] * feedback.d_hat[i]
+        feedback.baseline[j] += feedback.M[j, i] * feedback.d_hat[i]
 
 
 @jit
@@ -136,11 +136,11 @@ def unusual(K: Any) -> int:
     """
     state, faults, limits, feedback, chain = K.state, K.faults, K.limits, K.feedback, K.chain
     n = chain.n
-    M, d, usual, unresponsive = feedback.M, feedback.d_hat, feedback.usual, feedback.unresponsive
+    M, d, usual, unresponsive = feedback.M, feedback.d_hat, feedback.baseline, feedback.unresponsive
     worst, most, total, found = -1, 0.0, 0.0, 0.0
-    feedback.heard += 1
-    share = min(1.0, max(state.dt / USUAL_TIME, 1.0 / feedback.heard))
-    if feedback.touched or feedback.lasting[TOUCHED, 0] > 0:
+    feedback.samples += 1
+    share = min(1.0, max(state.dt / USUAL_TIME, 1.0 / feedback.samples))
+    if feedback.touched or feedback.persistence[TOUCHED, 0] > 0:
         share = 0.0
     missing, lately = feedback.missing, min(1.0, state.dt / LATELY)
     for i in range(n):
@@ -161,7 +161,7 @@ def unusual(K: Any) -> int:
         total += energy
         if energy > most:
             worst, most, found = i, energy, rho
-    if worst < 0 or feedback.touched or is_soft(feedback, worst) or partner(feedback, chain, worst) >= 0:
+    if worst < 0 or feedback.touched or gain_reduced(feedback, worst) or partner(feedback, chain, worst) >= 0:
         return -1
     if most < ALONE * total or abs(found) < MISSING_SHARE * limits.tau_max[worst]:
         return -1
@@ -177,7 +177,7 @@ def may_suspect(faults: Any, feedback: Any, chain: Any, state: Any) -> bool:
     if faults.working < chain.n:
         return False
     for j in range(chain.n):
-        if feedback.unresponsive[j] and not (feedback.asks[j] or has_lasted(state, feedback, CLEARED, j)):
+        if feedback.unresponsive[j] and not (feedback.asks[j] or has_persisted(state, feedback, CLEARED, j)):
             return False
     return True
 
@@ -189,7 +189,7 @@ def _is_clearer(state: Any, feedback: Any, j: int) -> bool:
     clearer = feedback.dead_missed[j] > max(CLEARER * feedback.own_missed[j], noise * noise)
     slow = MOVES + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     moves = abs(feedback.own_v[j]) > slow and abs(feedback.v_hat[j]) > slow
-    return lasts(state, feedback, PREDICTED, j, clearer and moves)
+    return persisted(state, feedback, PREDICTED, j, clearer and moves)
 
 
 @jit
@@ -204,9 +204,9 @@ def watch(K: Any, j: int, replaced: bool) -> None:
     if stands(feedback, j) != stood:
         _retell(feedback, K.chain, K.past, j)
     if not feedback.asks[j]:
-        there = heeds(K.state, K.limits, feedback, K.past, j)
-        obeys = lasts(K.state, feedback, OBEYS, j, there)
-        lasts(K.state, feedback, CLEARED, j, there)
+        there = tracks_command(K.state, K.limits, feedback, K.past, j)
+        obeys = persisted(K.state, feedback, OBEYS, j, there)
+        persisted(K.state, feedback, CLEARED, j, there)
         if partner(feedback, K.chain, j) >= 0 or _is_clearer(K.state, feedback, j) or replaced or obeys:
             _take_back(K, j)
 

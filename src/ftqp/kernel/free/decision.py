@@ -90,7 +90,7 @@ DAMPED = 0.5
 """Viscous friction below this is little [N m s/rad]."""
 REPEAT = 0.05
 """The rollout of an arm that is led is repeated so often [s]."""
-CALM_SWING = 0.02
+SETTLING_SWING = 0.02
 """A free joint that swings no farther than this is calm [rad or m]."""
 RETRY = 0.1
 """A posture in which the free joint can rest is looked for so often [s] ..."""
@@ -276,7 +276,7 @@ def _may_rest(K: Any, F: Any) -> bool:
         F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
     if not braking_is_safe(K, F):
         return damped and over and weigh_holding(K, F)[1] < WORTH
-    return (damped and over) or F.highest - F.lowest < (LEFT_SWING if over else CALM_SWING)
+    return (damped and over) or F.highest - F.lowest < (LEFT_SWING if over else SETTLING_SWING)
 
 
 @jit
@@ -321,7 +321,7 @@ def _arrest(K: Any, F: Any) -> None:
     F.countdown -= 1
     if not boundary or not (F.quiet or F.left <= 0.0):
         return
-    if braking_is_safe(K, F) and (damped or F.highest - F.lowest < CALM_SWING):
+    if braking_is_safe(K, F) and (damped or F.highest - F.lowest < SETTLING_SWING):
         hold_still(K.free, F)
     elif F.recheck <= 0.0:
         F.calming = 1
@@ -368,7 +368,7 @@ def _go_on_following(K: Any, F: Any) -> None:
 
 
 @part_jit
-def think(K: Any, F: Any) -> None:
+def search_step(K: Any, F: Any) -> None:
     """This tick's share of the search, in the rooms for a supposed state and the kinematics."""
     state, supposed, n = K.state, K.supposed, K.chain.n
     for j in range(n):

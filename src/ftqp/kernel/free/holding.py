@@ -14,8 +14,8 @@ from ftqp.kernel.free.swinging import (
     braked,
     farthest,
     is_worth,
-    see_arm,
     swing_on,
+    sync_model,
     viscous_friction,
     within_limits,
 )
@@ -84,7 +84,7 @@ def begin_gain(K: Any, F: Any) -> bool:
     for k in range(w):
         F.moving[k] = faults.order[k]
     F.moving[w] = i
-    see_arm(K)
+    sync_model(K)
     gravity_torque(kinematics, K.chain, i, F.slope)
     A, G, H, J = F.A, F.G, F.H, kinematics.J
     inertia = kinematics.M[i, i]
@@ -201,7 +201,7 @@ def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
         supposed.q[j], supposed.v[j] = F.roll_q[j], F.roll_v[j]
     for _ in range(steps):
         led(supposed, K.faults, K.limits, kinematics, F, ROLLOUT_STEP)
-        see_arm(K)
+        sync_model(K)
         away = 0.0
         for r in range(3):
             d = kinematics.o_tip[r] - F.goal[r]

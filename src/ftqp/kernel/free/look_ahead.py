@@ -17,8 +17,8 @@ from ftqp.kernel.free.swinging import (
     free_velocity,
     is_worth,
     mark_places,
-    see_arm,
     swing_on,
+    sync_model,
     viscous_friction,
     within_limits,
 )
@@ -53,7 +53,7 @@ BOUNDARY = 0.005
 GAIN_NEEDED = 1e-3
 """A trial is kept when it lowers the cost by that much. Less would not be seen, as the cost is a speed
 [rad/s]."""
-CALM_COST = 0.02
+SETTLING_COST = 0.02
 """Nothing is tried while there is no impact ahead and the cost is no more than that."""
 FINAL_SPEED, TOP_SPEED, TRAVEL = 0.05, 0.02, 0.01
 """Weights of the free joint's speed in the end, its largest speed, and the way of the healthy joints. The
@@ -125,7 +125,7 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
         for c in range(faults.working):
             j = faults.order[c]
             F.a[j] = planned(supposed, K.limits, F, j, phase + k * dt, left - k * dt, dt)
-        see_arm(K)
+        sync_model(K)
         F.reach = max(F.reach, farthest(kinematics, n, F))
         inertia = kinematics.M[i, i]
         impact, share = swing_on(supposed, faults, K.limits, kinematics, chain, F, dt)
@@ -253,7 +253,7 @@ def search(K: Any, F: Any) -> None:
             begin_plan(F, n)
             F.best = look_ahead(K, F, F.phase, F.left, inf, HORIZON_STEPS)
         F.countdown = F.period
-        F.quiet = 1 if F.impact_speed == 0.0 and F.best <= CALM_COST else 0
+        F.quiet = 1 if F.impact_speed == 0.0 and F.best <= SETTLING_COST else 0
         free = K.free
         F.clear_for += 1
         if F.impact_speed > 0.0:

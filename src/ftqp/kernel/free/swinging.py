@@ -55,7 +55,7 @@ def braked(state: Any, limits: Any, i: int, dt: float) -> float:
 
 
 @jit
-def see_arm(K: Any) -> None:
+def sync_model(K: Any) -> None:
     """Frames, tip, M and h at the rollout's state."""
     forward_kinematics(K, K.supposed)
     motion(K, K.supposed)
@@ -66,7 +66,7 @@ def see_arm(K: Any) -> None:
 def swing_on(
     supposed: Any, faults: Any, limits: Any, kinematics: Any, chain: Any, F: Any, dt: float
 ) -> tuple[float, float]:
-    """Move the arm on by dt with the accelerations ``F.a`` of its healthy joints; needs ``see_arm``.
+    """Move the arm on by dt with the accelerations ``F.a`` of its healthy joints; needs ``sync_model``.
 
     Semi-implicit: v' = v + dt a, q' = q + dt v'. A joint that is held slows down at its brake's rate. The
     free joint stops where it meets its stop, and stays there as long as it is pressed against it.

@@ -22,23 +22,21 @@ from ftqp.kernel.feedback.status_report import goes_on, report_status
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.judge.solution_check import check_solution, command, joints_outside, too_near
 from ftqp.kernel.judge.stage_problems import (
-    CALM_ELASTIC,
+    SETTLING_ELASTIC,
     begin_decay,
     begin_elastic,
     begin_elastic_rest,
     begin_least_excess,
     begin_plain,
     begin_relaxed,
-    begin_relaxed_after_calm,
+    begin_relaxed_after_settling,
     begin_second_stage,
     box_excludes_rows,
     clip_rest,
 )
-from ftqp.kernel.judge.straight import straight
+from ftqp.kernel.judge.unconstrained import unconstrained_solve
 from ftqp.kernel.latches.settling import give_up, keep_rows, latch, slow_enough
 from ftqp.kernel.layout.enums import (
-    CALM_ELASTIC_STAGE,
-    CALM_STAGE,
     CLIP_STAGE,
     COMMAND_STAGE,
     ELASTIC_STAGE,
@@ -60,6 +58,8 @@ from ftqp.kernel.layout.enums import (
     REST_STAGE,
     SCALE,
     SCALED,
+    SETTLING_ELASTIC_STAGE,
+    SETTLING_STAGE,
     SLACK,
     SOLVE,
     SOLVED,
@@ -105,8 +105,8 @@ def _rows() -> tuple[StageRow, ...]:
     return (
         StageRow(S.FIRST, S.MAIN, S.MAIN, True, nothing, "nothing: how near to the task can x be?"),
         StageRow(S.MAIN, end, S.RELAX, True, solved, "nothing: the task's QP, by its mode"),
-        StageRow(S.CALM, end, S.CALM_ELASTIC, True, solved, "nothing: the QP of calm"),
-        StageRow(S.CALM_ELASTIC, end, S.RELAX, True, before, "torque limits, and no task for them"),
+        StageRow(S.SETTLING, end, S.SETTLING_ELASTIC, True, solved, "nothing: the QP of settling"),
+        StageRow(S.SETTLING_ELASTIC, end, S.RELAX, True, before, "torque limits, and no task for them"),
         StageRow(S.RELAX, end, S.LEAST_EXCESS, True, missed, "of the task what cannot be kept"),
         StageRow(S.LEAST_EXCESS, S.ELASTIC, S.REST, False, nothing, "all: what do torque limits lack?"),
         StageRow(S.ELASTIC, end, S.PLAIN, True, missed, "of torque limits what they lack, and of the task"),
@@ -233,7 +233,7 @@ def _finish(K: Any) -> int:
     if watch.fallbacks > watch.fallback_limit and watch.latched == 0:
         latch(watch, STOPPED_BY_FALLBACKS)
     qp.soft_rows = 0.0
-    if _in_calm(cascade.stage):
+    if _is_settling(cascade.stage):
         if cascade.external:
             qp.warm = 0
     elif shut or cascade.stage != MAIN_STAGE:
@@ -260,8 +260,8 @@ def _entry(column: int, stage: int) -> int:
 
 
 @jit
-def _in_calm(stage: int) -> bool:
-    return stage == CALM_STAGE or stage == CALM_ELASTIC_STAGE
+def _is_settling(stage: int) -> bool:
+    return stage == SETTLING_STAGE or stage == SETTLING_ELASTIC_STAGE
 
 
 @rare_jit
@@ -273,7 +273,7 @@ def _stage_after_bad(K: Any, stage: int) -> int:
     """
     following = _entry(AFTER_BAD, stage)
     compliant = stage == MAIN_STAGE and K.task.mode == SLACK and not K.cascade.external
-    if (following == RELAX_STAGE and compliant) or (following == CALM_ELASTIC_STAGE and K.qp.nc == 0):
+    if (following == RELAX_STAGE and compliant) or (following == SETTLING_ELASTIC_STAGE and K.qp.nc == 0):
         return _entry(AFTER_BAD, following)
     return following
 
@@ -286,12 +286,12 @@ def _begin(K: Any, stage: int, claim: int) -> int:
     if stage == MAIN_STAGE:
         begin_second_stage(K, claim)
         return QP_READY
-    if stage == CALM_ELASTIC_STAGE:
+    if stage == SETTLING_ELASTIC_STAGE:
         leave_to_motors(K)
-        K.qp.soft_rows = CALM_ELASTIC
+        K.qp.soft_rows = SETTLING_ELASTIC
     elif stage == RELAX_STAGE:
-        if _in_calm(was):
-            begin_relaxed_after_calm(K)
+        if _is_settling(was):
+            begin_relaxed_after_settling(K)
         else:
             begin_relaxed(K)
     elif stage == LEAST_EXCESS_STAGE:
@@ -312,7 +312,7 @@ def _begin(K: Any, stage: int, claim: int) -> int:
 
 @rare_jit
 def _read_calm(K: Any) -> None:
-    """What is left of the task in calm, whose rows are in the objective, and the rate of a path."""
+    """What is left of the task in settling, whose rows are in the objective, and the rate of a path."""
     task, qp = K.task, K.qp
     for k in range(task.m):
         s = -task.asked[k]
@@ -330,7 +330,7 @@ def _weigh(K: Any, stage: int) -> None:
         judge_terms(K, _entry(ASKS_FOR_TASK, stage) != 0)
     if not _entry(ASKS_FOR_TASK, stage):
         return
-    if _in_calm(stage):
+    if _is_settling(stage):
         _read_calm(K)
     else:
         task.scale = K.qp.x[K.chain.n] if task.mode == SCALE else 1.0
@@ -364,7 +364,9 @@ def _advance(K: Any, claim: int) -> int:
         return _begin(K, following, claim)
     qp.warm = 0
     if first_choice:
-        own_proof = claim == INFEASIBLE and (_in_calm(stage) or (task.mode == HARD and not cascade.external))
+        own_proof = claim == INFEASIBLE and (
+            _is_settling(stage) or (task.mode == HARD and not cascade.external)
+        )
         cascade.outcome = RELAXED if own_proof else FALLBACK
     following = _stage_after_bad(K, stage)
     if following == CLIP_STAGE:
@@ -384,11 +386,11 @@ def run_cascade(K: Any, code: int, claim: int) -> int:
         if code == QP_READY and cascade.external:
             return QP_READY
         if code == QP_READY or code == SOLVE:
-            if cascade.stage == MAIN_STAGE and straight(K):
+            if cascade.stage == MAIN_STAGE and unconstrained_solve(K):
                 cascade.checked, claim = 1, SOLVED
             else:
                 cascade.checked, claim = 0, active_set(qp)
-            if cascade.stage == MAIN_STAGE or _in_calm(cascade.stage):
+            if cascade.stage == MAIN_STAGE or _is_settling(cascade.stage):
                 cascade.qp_iterations = qp.iterations
         code = _advance(K, claim)
         if code != QP_READY and code != SOLVE:

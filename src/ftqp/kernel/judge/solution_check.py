@@ -17,7 +17,7 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, BRAKING, FREE, HARD, HEALTHY, LOCKED, SCALE
 from ftqp.kernel.layout.thresholds import NEARER, OUTSIDE_FROM
 from ftqp.kernel.maths.elementary import any_of, is_finite, select
-from ftqp.kernel.maths.side_by_side import WIDTH, below, is_set, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, is_set, lane_mask, load_lanes, store_lanes
 
 
 @jit
@@ -39,11 +39,11 @@ def joints_outside(K: Any) -> int:
     limits, faults, state = K.limits, K.faults, K.state
     count = 0
     for at in range(0, K.chain.n, WIDTH):
-        q, v = several(state.q, at), several(state.v, at)
-        beyond = (q < several(limits.q_min, at) - OUTSIDE_FROM) | (
-            q > several(limits.q_max, at) + OUTSIDE_FROM
+        q, v = load_lanes(state.q, at), load_lanes(state.v, at)
+        beyond = (q < load_lanes(limits.q_min, at) - OUTSIDE_FROM) | (
+            q > load_lanes(limits.q_max, at) + OUTSIDE_FROM
         )
-        fast = abs(v) > several(limits.v_max, at) * (1.0 + OUTSIDE_FROM)
+        fast = abs(v) > load_lanes(limits.v_max, at) * (1.0 + OUTSIDE_FROM)
         if any_of(beyond | (fast & ~is_set(faults.code, at))):
             for i in range(at, min(at + WIDTH, K.chain.n)):
                 if is_beyond_range(K, i) or (faults.code[i] == HEALTHY and is_too_fast(K, i)):
@@ -174,12 +174,12 @@ def command(K: Any) -> None:
     chain, faults, state, kinematics, qp = K.chain, K.faults, K.state, K.kinematics, K.qp
     dt = state.dt
     for at in range(0, K.chain.n, WIDTH):
-        x, q, v = several(qp.x, at), several(state.q, at), several(state.v, at)
-        x = select(below(chain.n, at), x, 0.0)
+        x, q, v = load_lanes(qp.x, at), load_lanes(state.q, at), load_lanes(state.v, at)
+        x = select(lane_mask(chain.n, at), x, 0.0)
         is_acceleration = state.level == ACCELERATION
-        put(state.a_command, at, x if is_acceleration else (x - v) / dt)
-        put(state.v_command, at, v + dt * x if is_acceleration else x)
-        put(state.q_command, at, q + dt * (v + 0.5 * dt * x) if is_acceleration else q + dt * x)
+        store_lanes(state.a_command, at, x if is_acceleration else (x - v) / dt)
+        store_lanes(state.v_command, at, v + dt * x if is_acceleration else x)
+        store_lanes(state.q_command, at, q + dt * (v + 0.5 * dt * x) if is_acceleration else q + dt * x)
     for k in range(faults.movable, chain.n):
         i = faults.order[k]
         if faults.code[i] == LOCKED:

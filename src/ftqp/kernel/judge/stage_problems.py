@@ -1,6 +1,7 @@
 """The QPs of the fallback cascade's stages, in the order of ``ftqp.kernel.judge.fallback_cascade``.
 
-Each takes up the record's QP as the stage before has left it. That of calm is in ``ftqp.kernel.calm``.
+Each takes up the record's QP as the stage before has left it. That of settling is in
+``ftqp.kernel.settling``.
 
 Torque limits and box that exclude each other: what the torque limits have to give, and the proof.
 
@@ -254,8 +255,8 @@ The powers of ten are guesses that tests/robustness/test_found_by_campaigns.py h
 
 REST_ELASTIC = 1e-12
 """Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest ..."""
-CALM_ELASTIC = 1e-6
-"""... and in calm, beside that of the task, which is 1 there: so that torque limits go before rest and
+SETTLING_ELASTIC = 1e-6
+"""... and in settling, beside that of the task, which is 1 there: so that torque limits go before rest and
 task."""
 
 DECAY_TIME = 0.05
@@ -297,7 +298,7 @@ def begin_second_stage(K: Any, claim: int) -> None:
     take_up(chain, qp, K.aside)
     if K.terms.shared:  # the first stage has written into H
         objective(K)
-        if K.criteria.manipulability != 0.0 and not K.calm.hushed:
+        if K.criteria.manipulability != 0.0 and not K.settling.gradient_suppressed:
             add_manipulability(K)
         if claim == SOLVED:
             keep_shared(K.terms, chain, qp)
@@ -372,8 +373,8 @@ def begin_relaxed(K: Any) -> None:
 
 
 @rare_jit
-def begin_relaxed_after_calm(K: Any) -> None:
-    """The task's QP in the place of that of calm, as compliant; a path waits."""
+def begin_relaxed_after_settling(K: Any) -> None:
+    """The task's QP in the place of that of settling, as compliant; a path waits."""
     task, qp = K.task, K.qp
     qp.soft_rows = 0.0
     objective(K)

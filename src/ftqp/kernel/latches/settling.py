@@ -4,9 +4,9 @@
       stood = 0                           stood > 0               sure > 0                 holding
 
 An arm that follows, arrives or doubts is driven by its error; one that holds is not. The formulas that find
-these things are elsewhere: ``ftqp.kernel.calm.trigger`` (regular), ``metric`` (no metric), ``rest`` (the
-others). How often the arm has been seen to swing is counted beside this, see ``ftqp.kernel.calm.rest``.
-Source: docs/theory/calm.md, "Holding".
+these things are elsewhere: ``ftqp.kernel.settling.trigger`` (regular), ``metric`` (no metric), ``rest`` (the
+others). How often the arm has been seen to swing is counted beside this, see ``ftqp.kernel.settling.rest``.
+Source: docs/theory/settling.md, "Holding".
 """
 
 from collections.abc import Iterable
@@ -100,23 +100,23 @@ def _time_after(time: float, effect: int, dt: float) -> float:
 
 
 @jit
-def settle(calm: Any, finding: int, dt: float) -> None:
+def settle(settling: Any, finding: int, dt: float) -> None:
     """Go on as the table says of a finding: nothing else writes ``stood``, ``sure`` and ``holding``."""
-    calm.stood = _time_after(calm.stood, STOOD_AFTER >> BITS * finding & MASK, dt)
-    calm.sure = _time_after(calm.sure, SURE_AFTER >> BITS * finding & MASK, dt)
+    settling.stood = _time_after(settling.stood, STOOD_AFTER >> BITS * finding & MASK, dt)
+    settling.sure = _time_after(settling.sure, SURE_AFTER >> BITS * finding & MASK, dt)
     effect = HOLDING_AFTER >> BITS * finding & MASK
     if effect == CLEARS:
-        calm.holding = 0
-    elif effect == GROWS and calm.sure >= SURE:
-        calm.holding = 1
+        settling.holding = 0
+    elif effect == GROWS and settling.sure >= SURE:
+        settling.holding = 1
 
 
 @jit
-def forget_settling(calm: Any) -> None:
+def forget_settling(settling: Any) -> None:
     """Begin anew: nothing is held, and no swing has been seen."""
-    settle(calm, TARGET_MOVES, 0.0)
-    calm.hushed = 0
-    calm.window = 0.0
+    settle(settling, TARGET_MOVES, 0.0)
+    settling.gradient_suppressed = 0
+    settling.window = 0.0
 
 
 @jit

@@ -206,8 +206,8 @@ class Stage(IntEnum):
     REST_ELASTIC = 5
     LEAST_EXCESS = 6
     PLAIN = 7
-    CALM = 8
-    CALM_ELASTIC = 9
+    SETTLING = 8
+    SETTLING_ELASTIC = 9
     CLIP = 10
     """No QP any more: the rest within the box."""
     COMMAND = 11
@@ -285,7 +285,7 @@ class FaultKind(IntEnum):
     SENSOR_DROPPED = 64
 
 
-AS_TOLD: Final = 1
+AS_STATED: Final = 1
 """The loop begins anew where the arm was said to be ..."""
 AS_SENT: Final = 2
 """... or at what was last sent, as a command was not let through."""

@@ -32,12 +32,12 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     quiet  i8  the displacement rests
     lagging far stored until_stored  i8
     stride  i8  ticks between kept targets
-    culprit  i8  the joint that is farthest from its command, -1 none
+    isolated_joint  i8  the joint that is farthest from its command, -1 none
     any_counted  i8  some joint is out of hand
     brakes  i8  which the arm has
     moving  i8  the joint that goes on, from 1, 0 none
     unresponsive_count  i8
-    heard  i8  ticks of observation
+    samples  i8  ticks of observation
     place_taken  i8
     softened  i8  ``soft_one`` and ``soft_other`` are on one axis, and one of them seems not to obey
     touched  i8  ticks for which something has pushed the tip
@@ -69,9 +69,9 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     q_hat v_hat d_hat d_slow q_now v_now q_sent v_sent tau_sent h  f8[N]
     wound  f8[N]  integral part of a velocity arm's hold
     bent  f8[N]  memory
-    usual  f8[N]  torques that disturb for long
+    baseline  f8[N]  torques that disturb for long
     asked  f8[N]  accelerations that joints which do not obey should have
-    softly  f8[N]  what holds the softened
+    reduced_torque  f8[N]  what holds the softened
     missing  f8[N]  ``odd`` in a short mean
     odd  f8[N]  torques less ``usual``
     own_q own_v own_d own_slow  f8[N]  observer of joints that do not obey, if they did
@@ -90,8 +90,8 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     others  i8[N]  memory
     unresponsive  i8[N]  joints that do not obey
     place  i8[N]  the suspect's column of ``past.own``
-    lasting  i8[HYPOTHESES,N]  ticks for which each hypothesis of the monitor has had evidence, those of the
-        whole arm at joint 0
+    persistence  i8[HYPOTHESES,N]  ticks for which each hypothesis of the monitor has had evidence, those of
+        the whole arm at joint 0
     tip  f8[12]
     push_at_tip  f8[3]
     M  f8[N,N]
@@ -125,9 +125,9 @@ held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands 
     since  f8  time since the sample before
     last speed  f8[N]  the sample before, and its change, filtered
     asked  f8[N]  each joint was sent to move
-    went  f8[N]  for how long it still counts as one that has just moved, with its sign
+    moved_lately  f8[N]  for how long it still counts as one that has just moved, with its sign
     begun  f8[N]  its reference when all began to stand
-    usual  f8[N]  how far ahead of its sample it is sent in the mean, or what disturbs a torque arm
+    baseline  f8[N]  how far ahead of its sample it is sent in the mean, or what disturbs a torque arm
     at  f8[N]  where it is held, or began to stand
     older  f8[2,N]  the two samples before the last one
     sigma  f8[N]  the standard deviation of samples, learned, and at least what was stated
@@ -161,7 +161,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     unit  f8[N]  one over a fifth of the torque limits
     weight inertia  f8[N]  g, and M a, of the model, in these units
     slow  f8[N,SERVO]  what is older in what the parameters multiply
-    theta told  f8[N,SERVO]  what is known of the servo now, and what was told of it
+    theta stated  f8[N,SERVO]  what is known of the servo now, and what was told of it
     doubt  f8[N,SERVO]  standard deviations of what was told
     P  f8[N,SERVO,SERVO]
     safe  f8[2,N,SERVO]  what was known when the evidence was zero, the last time and a while before
@@ -178,14 +178,14 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     counted  i8[N]  what of it the planner counts on
     place tell  f8[N]  where it stood then, and by how much more it is asked for
     used  f8[N,SERVO]  what of it leads the command, which follows what is known slowly
-    told_lead droop  f8[N]  lag that was told [s], and by how much a joint that stands is led
+    stated_lead droop  f8[N]  lag that was told [s], and by how much a joint that stands is led
     unsure rotor  f8[N]  variance of what leads a command, and ``m`` as far as it is known [s2]
     room  f8[N]  how far ahead of a joint its command may be
     phi gain  f8[SERVO]  memory
 learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.
     on  i8  it is learned
     based  i8  ``base_`` holds the model
-    heard  i8  ticks since the filters began
+    samples  i8  ticks since the filters began
     wait  i8  ticks until they count
     start  i8  ticks until they have forgotten how they began in motion
     every  i8  ticks between two estimates

@@ -56,7 +56,7 @@ class Hypothesis(IntEnum):
 
 
 HYPOTHESES: Final = int(Hypothesis.MOVES)
-"""So many are counted by ``ftqp.kernel.feedback.lasting``; the last by who computes its evidence."""
+"""So many are counted by ``ftqp.kernel.feedback.persistence``; the last by who computes its evidence."""
 TORQUE_TIMES: Final = tuple(row.torque for row in list(Hypothesis)[:HYPOTHESES])
 SERVO_TIMES: Final = tuple(row.servo for row in list(Hypothesis)[:HYPOTHESES])
 MEAN_TIME: Final = Hypothesis.MOVES.torque

@@ -51,7 +51,7 @@ limits  Limits as believed now, and which of them set each end of an interval.
 task  The task and its error.
     m mode uses_rotation tool_rows has_tip_measured  i8
     given_up  i8  sets of rows that the task has been reduced by, of ``sets``
-    owes  i8  ``lost`` is being given back
+    velocity_debt  i8  ``lost_velocity`` is being given back
     sets  i8
     healthy_too  i8  rows are given up not only beside a joint that swings freely
     patience  i8  ticks after which each set goes
@@ -66,7 +66,7 @@ task  The task and its error.
     row_scale  f8[6]  1 for linear rows, the characteristic length for angular ones
     target  f8[TARGET_SIZE]
     error  f8[6]  position and rotation vector from the tip to the target, along W
-    lost  f8[6]  the velocity that a joint took from the tip when it stopped otherwise than foreseen
+    lost_velocity  f8[6]  the velocity that a joint took from the tip when it stopped otherwise than foreseen
     seen  f8[6]  the error of the measured tip, of which ``position_error``, ``rotation_error`` are the norms
     slack  f8[6]  A x - asked
     asked  f8[6]  what the task asks for; b differs in lexicographic mode
@@ -156,11 +156,11 @@ turned  Task rows along the singular directions: U and sigma of the reduced Jaco
 aside  The task's QP while another one is solved with its rows: sizes, objective and box.
     nx meq dense  i8
     g H_diagonal lb ub  f8[N]
-calm  What brings the arm to rest, see ``ftqp.kernel.calm``; what is not explained is memory.
+settling  What brings the arm to rest, see ``ftqp.kernel.settling``; what is not explained is memory.
     on  i8  the planner wants it
-    entered  i8  the last tick was posed in calm
+    entered  i8  the last tick was posed in settling
     holding  i8  the arm no longer tries, at the error ``held``
-    hushed  i8  how often it has been seen to swing
+    gradient_suppressed  i8  how often it has been seen to swing
     count  i8  how many joints are free
     seen_working  i8  joints that worked when ``sigma_seen`` was looked at
     known_working  i8  so many are ``known``
@@ -278,7 +278,18 @@ ROOMS: Final = {
             "held",
             "monitor",
         ),
-        *("kinematics", "chain", "qp", "scratch", "turned", "past", "learned", "history", "aside", "calm"),
+        *(
+            "kinematics",
+            "chain",
+            "qp",
+            "scratch",
+            "turned",
+            "past",
+            "learned",
+            "history",
+            "aside",
+            "settling",
+        ),
         *("free", "terms", "keeps", "scene", "ahead", "supposed"),
     )
 }

@@ -28,13 +28,13 @@ def _lanes(plain: Callable[..., Any]) -> Any:
 
 
 @_lanes
-def several(array: Any, at: int) -> Any:
+def load_lanes(array: Any, at: int) -> Any:
     """Eight numbers of a one-dimensional array of float64, from ``at`` on."""
     return array[at : at + WIDTH].copy()
 
 
 @_lanes
-def put(array: Any, at: int, lanes: Any) -> None:
+def store_lanes(array: Any, at: int, lanes: Any) -> None:
     """Write eight numbers into a one-dimensional array of float64, from ``at`` on."""
     array[at : at + WIDTH] = lanes
 
@@ -52,7 +52,7 @@ def put_either(array: Any, at: int, condition: Any, one: int, other: int) -> Non
 
 
 @_lanes
-def below(count: int, at: int) -> Any:
+def lane_mask(count: int, at: int) -> Any:
     """Which of the indices at .. at + 7 are below a count."""
     return np.arange(at, at + WIDTH) < count
 
@@ -124,11 +124,11 @@ def sin_cos(x: Any) -> tuple[Any, Any]:
 def joint_sines(state: Any, kinematics: Any, chain: Any) -> None:
     """sin q_i and cos q_i of every joint; 0 and 1 for a prismatic one, which does not turn."""
     for at in range(0, chain.n, WIDTH):
-        q, slides = several(state.q, at), is_set(chain.prismatic, at)
+        q, slides = load_lanes(state.q, at), is_set(chain.prismatic, at)
         if all_of(abs(q) <= REDUCED):
             sine, cosine = sin_cos(q)
-            put(kinematics.sine, at, select(slides, 0.0, sine))
-            put(kinematics.cosine, at, select(slides, 1.0, cosine))
+            store_lanes(kinematics.sine, at, select(slides, 0.0, sine))
+            store_lanes(kinematics.cosine, at, select(slides, 1.0, cosine))
         else:
             for i in range(at, min(at + WIDTH, chain.n)):
                 turns = not chain.prismatic[i]

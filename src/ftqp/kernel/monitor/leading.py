@@ -113,7 +113,7 @@ def blend(K: Any) -> None:
 def way_of(K: Any, i: int) -> float:
     """How far what is sent to joint i may go in this tick; the gate lets no more through."""
     top = max(min(K.limits.v_max[i], UNLIMITED), abs(K.state.v_command[i]), abs(K.gate.v[i]))
-    ahead = min(max(K.monitor.used[i, 0], K.monitor.told_lead[i]), LONGEST) if K.monitor.sees else LONGEST
+    ahead = min(max(K.monitor.used[i, 0], K.monitor.stated_lead[i]), LONGEST) if K.monitor.sees else LONGEST
     return float(K.state.dt * (top + ahead * abs(K.state.a_command[i])))
 
 
@@ -121,11 +121,11 @@ def way_of(K: Any, i: int) -> float:
 def wanted(K: Any, i: int) -> float:
     """u = q_r + x of joint i, which its lead may be too far for."""
     M, state = K.monitor, K.state
-    told = M.told_lead[i] * state.v_command[i]
-    want: float = state.q_command[i] + told
+    lead = M.stated_lead[i] * state.v_command[i]
+    want: float = state.q_command[i] + lead
     if M.sees:
         use = M.used[i]
-        more = use[0] * state.v_command[i] - told + max(use[1], 0.0) * state.a_command[i] + use[3]
+        more = use[0] * state.v_command[i] - lead + max(use[1], 0.0) * state.a_command[i] + use[3]
         want += certain(more + use[4] * M.weight[i], M.unsure[i])
     return want
 
@@ -151,7 +151,7 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
     if M.sees:  # a speed that comes from another signal than the position would be a fault of its own
         K.feedback.v_sent[i] = (want - last) / state.dt
     else:
-        K.feedback.v_sent[i] += M.told_lead[i] * state.a_command[i]
+        K.feedback.v_sent[i] += M.stated_lead[i] * state.a_command[i]
 
 
 @jit

@@ -38,7 +38,7 @@ from ftqp.kernel.monitor.torques import (
     A_RADIAN,
     OTHERWISE,
     TORQUE_CREEP,
-    feel_torques,
+    model_torques,
     noise_of_torque,
     take_torques,
 )
@@ -89,7 +89,7 @@ def forget_servos(K: Any) -> None:
         M.droop[i] = M.unsure[i] = M.rotor[i] = 0.0
         M.blind[i] = 0
         for r in range(SERVO):
-            M.theta[i, r] = M.used[i, r] = M.told[i, r]
+            M.theta[i, r] = M.used[i, r] = M.stated[i, r]
             for c in range(SERVO):
                 M.P[i, r, c] = 0.0
             M.P[i, r, r] = M.doubt[i, r] * M.doubt[i, r]
@@ -190,11 +190,11 @@ def take_samples(K: Any, then: int) -> None:
 
 
 @rare_jit
-def feel_servos(K: Any) -> None:
+def motion_terms(K: Any) -> None:
     """g(q), and M(q) a of the accelerations that are seen, in units of a fifth of the torque limits."""
     M, supposed = K.monitor, K.supposed
     if K.feedback.kind == TORQUE_DRIVE:
-        feel_torques(K)
+        model_torques(K)
         return
     for i in range(K.chain.n):
         supposed.q[i], supposed.v[i], M.inertia[i] = M.y_f[2, i], 0.0, 0.0

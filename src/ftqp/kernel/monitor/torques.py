@@ -40,7 +40,7 @@ def take_torques(K: Any, then: int) -> None:
 
 
 @rare_jit
-def feel_torques(K: Any) -> None:
+def model_torques(K: Any) -> None:
     """What the model says that the motion takes of each joint, rotors that were learned aside."""
     M, supposed, D = K.monitor, K.supposed, K.monitor.D
     for i in range(K.chain.n):

@@ -76,7 +76,7 @@ def _holds_still(K: Any, i: int) -> bool:
 @jit
 def _is_pushed(K: Any) -> bool:
     """Whether something pushes the tip: three columns of J' explain more than one joint does."""
-    return bool(K.feedback.touched > 0 or K.feedback.lasting[TOUCHED, 0] > 0)
+    return bool(K.feedback.touched > 0 or K.feedback.persistence[TOUCHED, 0] > 0)
 
 
 @jit
@@ -124,7 +124,7 @@ def _runs_away(K: Any, i: int) -> bool:
     if feedback.asks[i] == 0:
         return False
     for j in range(K.chain.n):  # an arm that has gone out of hand is no joint's doing
-        if j != i and works(K, j) and (feedback.asks[j] != 0 or feedback.lasting[TOO_FAST, j] > 0):
+        if j != i and works(K, j) and (feedback.asks[j] != 0 or feedback.persistence[TOO_FAST, j] > 0):
             return False
     return True
 

@@ -6,15 +6,15 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import BESIDE
 from ftqp.kernel.maths.elementary import any_of
-from ftqp.kernel.maths.side_by_side import WIDTH, several
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
 from ftqp.kernel.monitor.leading import aim
 from ftqp.kernel.monitor.servos import (
     BEGINS,
     SLOW,
     begin_filters,
-    feel_servos,
     learn_servo,
+    motion_terms,
     observe_joint,
     residual,
     take_samples,
@@ -70,11 +70,11 @@ def _is_seen(K: Any, then: int) -> bool:
     if K.feedback.wide > 0.0:  # of a loop that came late
         return False
     for at in range(0, K.chain.n, WIDTH):
-        if any_of(abs(several(K.feedback.seen, at) - several(K.past.q[then], at)) > BESIDE):
+        if any_of(abs(load_lanes(K.feedback.seen, at) - load_lanes(K.past.q[then], at)) > BESIDE):
             return bool(K.feedback.speed_margin > 0.0)
     if not M.ideal:
         for at in range(0, K.chain.n, WIDTH):
-            if any_of(abs(several(K.state.v_command, at)) > MOVED):
+            if any_of(abs(load_lanes(K.state.v_command, at)) > MOVED):
                 M.ideal = 1
     return False
 
@@ -114,7 +114,7 @@ def watch_servos(K: Any, first: bool, then: int, known: bool) -> None:
             M.blind[i] -= 1
     M.count = M.count + 1 if M.count + 1 < M.every else 0
     if M.count == 0 and K.chain.has_inertia:
-        feel_servos(K)
+        motion_terms(K)
     for i in range(M.count, n, M.every):
         _look(K, i, known)
     if K.held.on:

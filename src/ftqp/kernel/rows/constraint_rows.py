@@ -11,7 +11,7 @@ from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import VELOCITY
 from ftqp.kernel.layout.rows import HOLDING, ROW_KINDS, TORQUE, RowKind
 from ftqp.kernel.maths.elementary import any_of, select
-from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, lane_mask, load_lanes, store_lanes
 
 
 @jit
@@ -82,7 +82,7 @@ def _is_within_guard(limits: Any, chain: Any, a: Any) -> bool:
     if limits.guard == 0.0:
         return False
     for at in range(0, chain.n, WIDTH):
-        if not all_of(abs(several(a, at)) <= limits.guard * several(limits.a_max, at)):
+        if not all_of(abs(load_lanes(a, at)) <= limits.guard * load_lanes(limits.a_max, at)):
             return False
     return True
 
@@ -92,8 +92,8 @@ def _is_within_torque(faults: Any, limits: Any, kinematics: Any, chain: Any) -> 
     """Whether ``kinematics.tau`` is within the limits of every joint that works."""
     tau = kinematics.tau
     for at in range(0, chain.n, WIDTH):
-        works = below(chain.n, at) & ~is_set(faults.code, at)
-        if any_of(works & ~(abs(several(tau, at)) <= several(limits.tau_max, at))):
+        works = lane_mask(chain.n, at) & ~is_set(faults.code, at)
+        if any_of(works & ~(abs(load_lanes(tau, at)) <= load_lanes(limits.tau_max, at))):
             return False
     return True
 
@@ -117,8 +117,8 @@ def keeps_torque(K: Any) -> bool:
     """
     state, qp, a = K.state, K.qp, K.scratch.impulse
     for at in range(0, K.chain.n, WIDTH):
-        x = select(below(K.chain.n, at), several(qp.x, at), 0.0)
-        put(a, at, x if state.level != VELOCITY else (x - several(state.v, at)) / state.dt)
+        x = select(lane_mask(K.chain.n, at), load_lanes(qp.x, at), 0.0)
+        store_lanes(a, at, x if state.level != VELOCITY else (x - load_lanes(state.v, at)) / state.dt)
     if K.chain.mimics:
         mimic(K.chain, a)
     if _is_within_guard(K.limits, K.chain, a):

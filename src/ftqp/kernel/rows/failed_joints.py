@@ -277,7 +277,7 @@ guess, between the quarter that a ramp takes and all of it."""
 @jit
 def loses(K: Any) -> bool:
     """Whether velocity is being given back, or may be lost in this tick."""
-    return bool(K.task.owes or K.faults.movable < K.chain.n)
+    return bool(K.task.velocity_debt or K.faults.movable < K.chain.n)
 
 
 @rare_jit
@@ -289,24 +289,24 @@ def give_back(K: Any) -> None:
     Source: docs/theory/joint-failures.md, "Locked".
     """
     state, faults, task, feedback, chain = K.state, K.faults, K.task, K.feedback, K.chain
-    J, lost = K.kinematics.J, task.lost
+    J, lost = K.kinematics.J, task.lost_velocity
     if not feedback.displaced:
         for c in range(6):
             feedback.push[c] = 0.0
     if not feedback.active or state.level != ACCELERATION or K.watch.latched != 0:
-        task.owes = 0
+        task.velocity_debt = 0
         return
     for k in range(faults.movable, chain.n):
         i = faults.order[k]
         jump = state.v[i] - K.gate.v[i]
         if abs(jump) > UNFORESEEN:
-            if not task.owes:
+            if not task.velocity_debt:
                 for c in range(6):
                     lost[c] = 0.0
-            task.owes = 1
+            task.velocity_debt = 1
             for c in range(6):
                 lost[c] += J[c, i] * jump
-    if not task.owes:
+    if not task.velocity_debt:
         return
     left = 0.0
     for c in range(6):
@@ -316,7 +316,7 @@ def give_back(K: Any) -> None:
         lost[c] = min(max(lost[c], min(lacks, 0.0)), max(lacks, 0.0))
         left = max(left, abs(lost[c]))
     if left <= UNFORESEEN:
-        task.owes = 0
+        task.velocity_debt = 0
         return
     share = _share(K)
     for c in range(6):
@@ -328,7 +328,7 @@ def _share(K: Any) -> float:
     """The share of what is lost that the joints that work give back in a tick."""
     task, faults, scratch = K.task, K.faults, K.scratch
     for a in range(task.m):
-        scratch.rows[a] = -task.lost[task.rows[a]]
+        scratch.rows[a] = -task.lost_velocity[task.rows[a]]
     least_jump(faults, task, K.kinematics, K.chain, scratch)
     share = 1.0
     for k in range(faults.working):

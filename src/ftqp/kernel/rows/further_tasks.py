@@ -16,7 +16,7 @@ from ftqp.kernel.arm.pose_error import rows_of, turn_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.scene_room import AXIS, FRAME, MASS, OWN
-from ftqp.kernel.maths.side_by_side import WIDTH, numbers, put, several, sum_of
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, numbers, store_lanes, sum_of
 from ftqp.kernel.maths.vectors import (
     ZERO,
     Vector,
@@ -186,7 +186,7 @@ def _feed_back(K: Any, t: int, k: int) -> float:
         return rate + pull
     products = 0.0
     for at in range(0, K.chain.n, WIDTH):
-        products = products + several(terms.J[t, k], at) * several(state.v, at)
+        products = products + load_lanes(terms.J[t, k], at) * load_lanes(state.v, at)
     moving = sum_of(products)
     ahead = 0.0 if stops else terms.rate_change[t, k]
     asked: float = terms.b[t, k] + ahead + pull + terms.kv[t] * (rate - moving)
@@ -231,7 +231,7 @@ def term_rows(K: Any, t: int) -> None:
         return
     for k in range(3 if terms.rows[t] & TURNS == 0 else 6):
         for at in range(0, n, WIDTH):
-            put(rows[k], at, 0.0 * numbers(at))
+            store_lanes(rows[k], at, 0.0 * numbers(at))
     if kind == FRAME:
         _follow_frame(K, t)
     elif kind == AXIS:

@@ -24,7 +24,7 @@ from ftqp.kernel.layout.enums import (
     VIABILITY,
 )
 from ftqp.kernel.maths.elementary import larger, select, smaller
-from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, put_either, several
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, load_lanes, put_either, store_lanes
 
 
 @jit
@@ -274,10 +274,10 @@ def _far_velocities(v: Any, d: Any, v_max: Any, a_max: Any, a_brake: Any, dt: fl
 @jit
 def _together(state: Any, faults: Any, limits: Any, feedback: Any, qp: Any, at: int) -> bool:
     """The intervals of the joints from ``at`` on, where all are far from position limits; else False."""
-    q, v, dt = several(state.q, at), several(state.v, at), state.dt
-    v_max = (1.0 - feedback.speed_margin) * several(limits.v_max, at)
-    a_max, a_brake = several(limits.a_max, at), several(limits.a_brake, at)
-    above, below_it = several(limits.q_max, at) - q, q - several(limits.q_min, at)
+    q, v, dt = load_lanes(state.q, at), load_lanes(state.v, at), state.dt
+    v_max = (1.0 - feedback.speed_margin) * load_lanes(limits.v_max, at)
+    a_max, a_brake = load_lanes(limits.a_max, at), load_lanes(limits.a_brake, at)
+    above, below_it = load_lanes(limits.q_max, at) - q, q - load_lanes(limits.q_min, at)
     if state.level == ACCELERATION:
         hi, fast, far = _far_accelerations(v, above, v_max, a_max, a_brake, dt)
         lo, fast_back, far_back = _far_accelerations(-v, below_it, v_max, a_max, a_brake, dt)
@@ -287,8 +287,8 @@ def _together(state: Any, faults: Any, limits: Any, feedback: Any, qp: Any, at: 
     held = is_set(faults.code, at)
     if not all_of((far & far_back & (-lo <= hi)) | held):
         return False
-    put(qp.lb, at, select(held, several(qp.lb, at), -lo))
-    put(qp.ub, at, select(held, several(qp.ub, at), hi))
+    store_lanes(qp.lb, at, select(held, load_lanes(qp.lb, at), -lo))
+    store_lanes(qp.ub, at, select(held, load_lanes(qp.ub, at), hi))
     put_either(limits.upper_by, at, fast, BY_VELOCITY, BY_ACCELERATION)
     put_either(limits.lower_by, at, fast_back, BY_VELOCITY, BY_ACCELERATION)
     return True

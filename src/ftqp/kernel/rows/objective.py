@@ -6,7 +6,7 @@
     - manipulability x' d/dq log sqrt det(J_H J_H')
     1/2 sum_t weight_t |J_t x - b_t|^2                                ``ftqp.kernel.rows.task_terms``
 
-Of an arm that swings beside its target only coming to rest is left, see ``ftqp.kernel.calm.rest``.
+Of an arm that swings beside its target only coming to rest is left, see ``ftqp.kernel.settling.rest``.
 
 x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt,
 times dt. D is the diagonal of joint weights. tau_H and J_H leave out every failed joint: its motor does not
@@ -89,7 +89,7 @@ def objective(K: Any) -> None:
         if K.task.given_up:
             draw_to_rows(K)
         add_terms(K)
-    if K.calm.hushed:
+    if K.settling.gradient_suppressed:
         _hush(K)
 
 
@@ -292,8 +292,8 @@ def aim_at_reference(K: Any, joints: Any) -> None:
 def joint_objective(K: Any, joints: Any) -> None:
     """H and g of the joints, no rows of the task; nothing is held that the task had held."""
     chain, faults, state, task, qp = K.chain, K.faults, K.state, K.task, K.qp
-    forget_settling(K.calm)
-    K.calm.entered = 0
+    forget_settling(K.settling)
+    K.settling.entered = 0
     for i in range(chain.n):
         demand = joints.x[i] + joints.kv * (joints.v[i] - state.v[i]) + joints.kp * (joints.q[i] - state.q[i])
         joints.demand[i] = demand if faults.code[i] == HEALTHY else 0.0

@@ -25,7 +25,7 @@ an order (docs/theory/path-progress.md, "The rows"), because each is a hundred t
 the powers of ten do is measured in tests/papers/test_bedrossian1993_scaling.py."""
 NO_WAY = 3e-6
 """What is left of a path is not waited for where it is shorter than this share of the length: some
-micrometres, because slow paths did not end in calm with 1e-7."""
+micrometres, because slow paths did not end in settling with 1e-7."""
 STIFFNESS = 1e-10
 """Compliance of the rows, as a share of the QP's own magnitude."""
 LEAST_WEIGHT = 1e-12
@@ -38,7 +38,7 @@ STOP_SHARE = 0.5
 """Share of the acceleration limits that slowing down may use. The other half is left for what the bend takes
 (docs/theory/path-progress.md, "How fast the rate may be")."""
 NEAR_SINGULAR = 0.2
-"""Where in calm a singular value is below this [characteristic lengths] ..."""
+"""Where in settling a singular value is below this [characteristic lengths] ..."""
 STOP_SHARE_NEAR = 0.8
 """... this is the share for coming down to the rate of a bend, what the bend itself takes included
 (docs/theory/path-progress.md, "How fast the rate may be")."""
@@ -52,8 +52,8 @@ The limit depends on what the rate moves: with half of the way both ways the two
 
 LEAST_RATE = 0.1
 """Below this rate a joint's motion is not taken for that of the path alone ..."""
-LEAST_IN_CALM = 0.01
-"""... in calm, which leaves little other motion; so the bend is braked down to there."""
+LEAST_SETTLING = 0.01
+"""... in settling, which leaves little other motion; so the bend is braked down to there."""
 
 
 @part_jit
@@ -93,7 +93,7 @@ def path_rows(K: Any, path: Any) -> None:
             task.beyond = max(task.beyond, abs(rate))
         qp.b[k] += w * component_of(task, kinematics, c, 0, K.feedback.push)
         path.feedback[k] = task.kp * e if path.limit > 0.0 else qp.b[k] + task.kv * moving
-        own = max(path.rate, LEAST_IN_CALM if K.calm.on else LEAST_RATE)
+        own = max(path.rate, LEAST_SETTLING if K.settling.on else LEAST_RATE)
         path.bend[k] = change - drift / (own * own)
 
 
@@ -126,10 +126,10 @@ def _limit_in_bend(K: Any, path: Any) -> float:
     At a constant rate s the joints accelerate by s^2 c, c = J_f^+ (x'' - Jdot q'), q' = v/sigma', with the
     damped inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. The
     rate goes down half of the way to that, as c is that of the rate before, and up dt/FOLLOWS_BEND of it, and
-    comes down no faster than min_i STOP_SHARE a_max_i sigma'/|v_i|. In calm s^2 |c_i| adds to the share where
-    it is along v_i, as what speeds a joint up towards a singularity has to be braked, too; near one the share
-    may be STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions of ``fade_feedback``,
-    and diag(sigma) V' in ``scratch.wide``.
+    comes down no faster than min_i STOP_SHARE a_max_i sigma'/|v_i|. In settling s^2 |c_i| adds to the share
+    where it is along v_i, as what speeds a joint up towards a singularity has to be braked, too; near one the
+    share may be STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions of
+    ``fade_feedback``, and diag(sigma) V' in ``scratch.wide``.
     """
     limits, faults, task, turned, scratch, v = K.limits, K.faults, K.task, K.turned, K.scratch, K.state.v
     m = task.m
@@ -140,7 +140,7 @@ def _limit_in_bend(K: Any, path: Any) -> float:
             s += turned.U[j, k] * path.bend[j]
         scratch.rows[k] = s / (turned.sigma[k] * turned.sigma[k] + floor)
     limit, brake = 1.0, inf
-    own = max(path.rate, LEAST_IN_CALM if K.calm.on else LEAST_RATE)
+    own = max(path.rate, LEAST_SETTLING if K.settling.on else LEAST_RATE)
     least = inf
     for k in range(m):
         least = min(least, turned.sigma[k])
@@ -153,7 +153,7 @@ def _limit_in_bend(K: Any, path: Any) -> float:
             limit = sqrt(BEND_SHARE * limits.a_max[i] / abs(c))
         if abs(v[i]) > 1e-9 * limits.a_max[i] * K.state.dt:
             share = STOP_SHARE * limits.a_max[i]
-            if K.calm.on:
+            if K.settling.on:
                 along = own * own * (c if v[i] > 0.0 else -c)
                 share += max(along, 0.0)
                 if least < NEAR_SINGULAR * task.length:
@@ -187,8 +187,8 @@ def rate_variable(K: Any, path: Any) -> None:
 
     1/2 w (1 - s)^2 with w = SCALE_WEIGHT times the objective's largest value, or |x'|^2/(SEPARATION soft) if
     that is less: on a slow path a residual of the path's own speed must not come cheaper than waiting. Where
-    that in turn is less than PUSH times what the scheme gains by waiting, w is that, but not in calm, whose
-    rows are soft. The last NO_WAY of a path that comes to rest is not waited for.
+    that in turn is less than PUSH times what the scheme gains by waiting, w is that, but not in settling,
+    whose rows are soft. The last NO_WAY of a path that comes to rest is not waited for.
     Acceleration level: s is drawn to sigma' + (1 - sigma') dt/RISE; at the end, where nothing waits, to 1.
     """
     limits, state, qp = K.limits, K.state, K.qp
@@ -203,7 +203,7 @@ def rate_variable(K: Any, path: Any) -> None:
     if state.level == ACCELERATION:
         weight *= (RISE / state.dt) ** 2  # s is drawn by the share dt/RISE of 1 - sigma' only
     if speed > 0.0:
-        push = 0.0 if K.calm.on else PUSH * _gain_of_waiting(K.faults, K.task, qp, K.turned, speed)
+        push = 0.0 if K.settling.on else PUSH * _gain_of_waiting(K.faults, K.task, qp, K.turned, speed)
         if state.level == ACCELERATION:
             push *= RISE / state.dt
         weight = min(weight, speed / (SEPARATION * qp.soft[0]))

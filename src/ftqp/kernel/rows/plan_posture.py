@@ -89,7 +89,7 @@ def row_speed(q: Any, k: int, last: int, i: int) -> float:
 
 
 @jit
-def refer(state: Any, criteria: Any, chain: Any, P: Any, q: Any) -> None:
+def update_reference(state: Any, criteria: Any, chain: Any, P: Any, q: Any) -> None:
     """The posture whose pull is that of a plan that moves: q_p + (norm_v v_p + norm a_p)/norm_q.
 
     At the velocity level it is q_p + norm v_p/norm_q. Between rows the plan is the cubic through their
@@ -128,7 +128,7 @@ def follow(state: Any, criteria: Any, kinematics: Any, chain: Any, P: Any, q: An
         P.pace += dt / (SETTLES + dt) * (pace - P.pace)
         P.at = found
     P.begun = 1
-    refer(state, criteria, chain, P, q)
+    update_reference(state, criteria, chain, P, q)
 
 
 @jit

@@ -46,7 +46,7 @@ def draw_to_rows(K: Any) -> None:
     terms.kind[at], terms.rows[at], terms.hard[at] = FRAME, TURNS, 0
     terms.body[at], terms.other[at] = chain.tip_joint, -1
     terms.kp[at], terms.kv[at] = task.kp, task.kv
-    rests = K.calm.holding or K.faults.movable > K.faults.working
+    rests = K.settling.holding or K.faults.movable > K.faults.working
     terms.shares[at] = BEFORE_SCHEME
     terms.weight[at] = 0.0 if rests else 1.0
 

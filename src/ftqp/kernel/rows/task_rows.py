@@ -12,7 +12,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 from ftqp.kernel.maths.elementary import select
-from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several, sum_of
+from ftqp.kernel.maths.side_by_side import WIDTH, lane_mask, load_lanes, store_lanes, sum_of
 from ftqp.kernel.maths.svd import singular_directions
 from ftqp.kernel.maths.vectors import Vector, inner, rotated, three_from
 from ftqp.kernel.rows.joint_intervals import bound, draw
@@ -57,20 +57,20 @@ def task_rows(K: Any, kp: float) -> None:
         if c < 3 or not task.tool_rows:
             J = kinematics.J[c]
             for at in range(0, n, WIDTH):
-                put(row, at, w * several(J, at))
+                store_lanes(row, at, w * load_lanes(J, at))
         else:
             t0, t1, t2 = tool_axis(task, kinematics, c - 3)
             J = kinematics.J
             for at in range(0, n, WIDTH):
-                s = t0 * several(J[3], at) + t1 * several(J[4], at) + t2 * several(J[5], at)
-                put(row, at, w * s)
+                s = t0 * load_lanes(J[3], at) + t1 * load_lanes(J[4], at) + t2 * load_lanes(J[5], at)
+                store_lanes(row, at, w * s)
         e = w * component_of(task, kinematics, c, 0, task.error)
         rate = w * component_of(task, kinematics, c, TARGET_TWIST, task.target)
         moving = drift = 0.0
         if state.level == ACCELERATION:
             moves = 0.0
             for at in range(0, n, WIDTH):
-                moves = moves + several(row, at) * several(state.v, at)
+                moves = moves + load_lanes(row, at) * load_lanes(state.v, at)
             moving = sum_of(moves)
             drift = w * component_of(task, kinematics, c, 0, kinematics.drift)
             b = (
@@ -118,12 +118,12 @@ def compliance(task: Any, terms: Any, chain: Any, qp: Any, turned: Any, ratio: f
             trace += qp.H[i, i]
     else:
         for at in range(0, chain.n, WIDTH):
-            trace += sum_of(select(below(chain.n, at), several(qp.H_diagonal, at), 0.0))
+            trace += sum_of(select(lane_mask(chain.n, at), load_lanes(qp.H_diagonal, at), 0.0))
     squares = 0.0
     for at in range(0, chain.n, WIDTH):
-        inside = below(chain.n, at)
+        inside = lane_mask(chain.n, at)
         for k in range(qp.meq):
-            a = select(inside, several(qp.A[k], at), 0.0)
+            a = select(inside, load_lanes(qp.A[k], at), 0.0)
             squares = squares + a * a
     soft = ratio * sum_of(squares) / (max(qp.meq, 1) * trace) + 1e-300
     qp.soft_last = STIFFER * soft
@@ -150,7 +150,7 @@ def path_scale(state: Any, limits: Any, chain: Any, qp: Any) -> None:
     qp.nx = n + 1
 
 
-CALM_FROM = 0.1
+SETTLING_FROM = 0.1
 """Singular value below which the task fades where a path is blocked; elsewhere SINGULAR_FROM."""
 PATIENT_WITH = 2e-3
 """Error in characteristic lengths, along directions where the feedback has faded, at which a path waits."""
@@ -168,20 +168,20 @@ def _reduced_svd(faults: Any, task: Any, qp: Any, scratch: Any, turned: Any) -> 
 
 @jit
 def fade_feedback(K: Any, path: Any) -> None:
-    """Where a path is blocked without calm, the task loses 1 - (sigma_k/sigma_0)^2 along singular directions.
+    """Of a blocked path without settling the task loses 1 - (sigma_k/sigma_0)^2 along singular directions.
 
     A path that waits at a singularity leaves an error that no motion reduces, and the full feedback would
-    swing the arm at its acceleration limits from one side of the singularity to the other. Calm brakes that;
-    without it the arm may swing until the verdict. With calm and without, the path goes on no faster than the
-    share of PATIENT_WITH lengths that the error along these directions leaves, so that no swing carries it
-    off. The velocity feedback of the acceleration level stays whole.
+    swing the arm at its acceleration limits from one side of the singularity to the other. Settling brakes
+    that; without it the arm may swing until the verdict. With settling and without, the path goes on no
+    faster than the share of PATIENT_WITH lengths that the error along these directions leaves, so that no
+    swing carries it off. The velocity feedback of the acceleration level stays whole.
     """
     task, turned, qp = K.task, K.turned, K.qp
     m, U = task.m, turned.U
     _reduced_svd(K.faults, task, qp, K.scratch, turned)
-    lost, blocked = 0.0, path.limit == 0.0 and not K.calm.on
+    lost, blocked = 0.0, path.limit == 0.0 and not K.settling.on
     for k in range(m):
-        share = turned.sigma[k] / (task.length * (CALM_FROM if blocked else SINGULAR_FROM))
+        share = turned.sigma[k] / (task.length * (SETTLING_FROM if blocked else SINGULAR_FROM))
         if share < 1.0:
             along = 0.0
             for j in range(m):

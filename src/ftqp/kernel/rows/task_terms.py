@@ -15,7 +15,7 @@ from ftqp.kernel.layout.scene_room import AXIS, BEFORE_SCHEME, BESIDE_TIP, JOINT
 from ftqp.kernel.layout.thresholds import MISSED_FROM, RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
-from ftqp.kernel.maths.side_by_side import WIDTH, below, numbers, put, several, sin_cos, sum_of
+from ftqp.kernel.maths.side_by_side import WIDTH, lane_mask, load_lanes, numbers, sin_cos, store_lanes, sum_of
 from ftqp.kernel.rows.further_tasks import error_of, term_rows
 from ftqp.kernel.rows.task_rows import component_of
 
@@ -40,7 +40,7 @@ def _couple(qp: Any, n: int) -> None:
     """H as a whole, of an objective that was a diagonal so far."""
     for i in range(n):
         for at in range(0, n, WIDTH):
-            put(qp.H[i], at, 0.0 * numbers(at))
+            store_lanes(qp.H[i], at, 0.0 * numbers(at))
         qp.H[i, i] = qp.H_diagonal[i]
     qp.dense = 1
 
@@ -53,7 +53,7 @@ def _add_row(qp: Any, n: int, row: Any, b: float, weight: float) -> None:
         if c != 0.0:
             qp.g[i] -= c * b
             for at in range(0, n, WIDTH):
-                put(qp.H[i], at, several(qp.H[i], at) + c * several(row, at))
+                store_lanes(qp.H[i], at, load_lanes(qp.H[i], at) + c * load_lanes(row, at))
 
 
 @jit
@@ -269,8 +269,8 @@ def judge_terms(K: Any, attempted: bool) -> None:
             if attempted and posed and _has(terms, t, k):
                 products = 0.0
                 for at in range(0, n, WIDTH):
-                    x = select(below(n, at), several(qp.x, at), 0.0)
-                    products = products + several(terms.J[t, k], at) * x
+                    x = select(lane_mask(n, at), load_lanes(qp.x, at), 0.0)
+                    products = products + load_lanes(terms.J[t, k], at) * x
                 terms.slack[t, k] = sum_of(products) - terms.asked[t, k]
                 size, most = max(size, abs(terms.asked[t, k])), max(most, abs(terms.slack[t, k]))
         if not terms.required[t] or not posed:

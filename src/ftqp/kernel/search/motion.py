@@ -368,7 +368,7 @@ def _prove_next(K: Any, table: Any) -> None:
 
 
 @jit
-def think(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
+def search_step(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
     """Search for about so many looks; the stage. SAMPLING needs tables of ``ticks`` rows."""
     W = K.ways
     stop = W.looks + looks

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.elementary import any_of, floor, larger, select, smaller, sqrt
-from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.study.law_rates import TINY, resolve, towards_goal, values, weigh
 
 TURN: Final = 0.05
@@ -25,7 +25,7 @@ convention: more than half a turn."""
 def _led_rates(S: Any, L: Any, out: Any) -> Any:
     """dq of a tip that moves as ``wanted``, by the factors that are there, into ``out``; |dq|."""
     for at in range(0, S.study.m * WIDTH, WIDTH):
-        put(L.rhs, at, several(L.wanted, at))
+        store_lanes(L.rhs, at, load_lanes(L.wanted, at))
     return resolve(S, L, L.free, out)
 
 
@@ -33,7 +33,7 @@ def _led_rates(S: Any, L: Any, out: Any) -> Any:
 def _stage(S: Any, L: Any, h: Any, rate: Any, out: Any, seats: int) -> None:
     """The rates h times a rate further."""
     for at in range(0, S.chain.n * WIDTH, WIDTH):
-        put(L.next, at, several(L.q, at) + h * several(rate, at))
+        store_lanes(L.next, at, load_lanes(L.q, at) + h * load_lanes(rate, at))
     values(S, L, L.next, seats)
     weigh(S, L)
     _led_rates(S, L, out)
@@ -51,15 +51,15 @@ def _substeps(S: Any, L: Any, length: Any, pace: Any, seats: int) -> None:
         _stage(S, L, h, L.k3, L.k4, seats)
         sixth = h * (1.0 / 6.0)
         for at in range(0, S.chain.n * WIDTH, WIDTH):
-            both = several(L.k2, at) + several(L.k3, at)
-            move = sixth * (several(L.k1, at) + 2.0 * both + several(L.k4, at))
-            put(L.q, at, several(L.q, at) + move)
+            both = load_lanes(L.k2, at) + load_lanes(L.k3, at)
+            move = sixth * (load_lanes(L.k1, at) + 2.0 * both + load_lanes(L.k4, at))
+            store_lanes(L.q, at, load_lanes(L.q, at) + move)
         values(S, L, L.q, seats)
         if not any_of(left > 0.0):
             return
         weigh(S, L)
         pace = _led_rates(S, L, L.k1)
-    put(L.failed, 0, select(left > 0.0, 1.0, several(L.failed, 0)))
+    store_lanes(L.failed, 0, select(left > 0.0, 1.0, load_lanes(L.failed, 0)))
 
 
 @jit
@@ -67,17 +67,17 @@ def _onto(S: Any, L: Any, left: float) -> Any:
     """One Newton step onto the node with a share of the way left, then the rates in ``k1`` and |dq|."""
     weigh(S, L)
     for at in range(0, S.study.m * WIDTH, WIDTH):
-        put(L.rhs, at, several(L.e, at) - left * several(L.way, at))
+        store_lanes(L.rhs, at, load_lanes(L.e, at) - left * load_lanes(L.way, at))
     resolve(S, L, L.free, L.k4)
     for at in range(0, S.chain.n * WIDTH, WIDTH):
-        put(L.q, at, several(L.q, at) + several(L.k4, at))
+        store_lanes(L.q, at, load_lanes(L.q, at) + load_lanes(L.k4, at))
     return _led_rates(S, L, L.k1)
 
 
 @jit
 def _margin(L: Any, box: Any, turns: Any, i: int, q: Any) -> Any:
     """How far q_i is inside the intervals of a box, (middle, half width) each; < 0 outside [rad or m]."""
-    best = several(L.zero, 0) + OUTSIDE
+    best = load_lanes(L.zero, 0) + OUTSIDE
     for k in range(L.intervals):
         away = q - box[i, k, 0]
         if turns[i]:
@@ -102,16 +102,16 @@ def _share_outside(before: Any, now: Any) -> Any:
 def _account(S: Any, L: Any, box: Any, turns: Any, weight: Any, first: bool) -> None:
     """The margins at a node into ``margin``, and the length outside since the last one."""
     n = S.chain.n
-    of_all = several(L.zero, 0) - OUTSIDE
+    of_all = load_lanes(L.zero, 0) - OUTSIDE
     for i in range(n + 1):
         at, now = i * WIDTH, of_all
         if i < n:
-            now = _margin(L, box, turns, i, several(L.q, at))
+            now = _margin(L, box, turns, i, load_lanes(L.q, at))
             of_all = smaller(of_all, now)
         if not first:
-            outside = weight * _share_outside(several(L.margin, at), now)
-            put(L.outside, at, several(L.outside, at) + outside)
-        put(L.margin, at, now)
+            outside = weight * _share_outside(load_lanes(L.margin, at), now)
+            store_lanes(L.outside, at, load_lanes(L.outside, at) + outside)
+        store_lanes(L.margin, at, now)
 
 
 @jit
@@ -135,22 +135,26 @@ def eight_lines(
     L.free[:], L.outside[:], L.failed[:] = 1.0, 0.0, 0.0
     values(S, L, L.q, seats)
     towards_goal(S, L)
-    square = several(L.zero, 0)
+    square = load_lanes(L.zero, 0)
     for r in range(m):
-        e = several(L.e, r * WIDTH) * several(L.used, 0) if S.study.rows[r] < 3 else several(L.zero, 0)
+        e = (
+            load_lanes(L.e, r * WIDTH) * load_lanes(L.used, 0)
+            if S.study.rows[r] < 3
+            else load_lanes(L.zero, 0)
+        )
         square = square + e * e
-        put(L.way, r * WIDTH, e)
+        store_lanes(L.way, r * WIDTH, e)
     length = sqrt(square)
     for at in range(0, m * WIDTH, WIDTH):
-        put(L.wanted, at, several(L.way, at) / (length + TINY))
-    part, total = length * (1.0 / K), several(L.zero, 0)
+        store_lanes(L.wanted, at, load_lanes(L.way, at) / (length + TINY))
+    part, total = length * (1.0 / K), load_lanes(L.zero, 0)
     _account(S, L, box, turns, part, True)
     _keep(S, L, 0, first, last, q, within)
     weigh(S, L)
     pace = _led_rates(S, L, L.k1)
     for k in range(K):
         for at in range(0, size, WIDTH):
-            put(L.trial, at, several(L.q, at))
+            store_lanes(L.trial, at, load_lanes(L.q, at))
         _substeps(S, L, part, pace, seats)
         pace = _onto(S, L, (K - 1.0 - k) / K)
         total = total + part
@@ -158,10 +162,10 @@ def eight_lines(
         _keep(S, L, k + 1, first, last, q, within)
     values(S, L, L.q, seats)
     arrived = towards_goal(S, L) < (OFF * L.unit) ** 2
-    put(L.failed, 0, select(arrived, several(L.failed, 0), 1.0))
+    store_lanes(L.failed, 0, select(arrived, load_lanes(L.failed, 0), 1.0))
     for i in range(n + 1):
-        share = 1.0 - several(L.outside, i * WIDTH) / (total + TINY)
-        put(L.outside, i * WIDTH, share)
+        share = 1.0 - load_lanes(L.outside, i * WIDTH) / (total + TINY)
+        store_lanes(L.outside, i * WIDTH, share)
     for seat in range(count):
         failed[first + seat] = int(L.failed[seat])
         for i in range(n + 1):

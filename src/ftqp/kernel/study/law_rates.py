@@ -12,7 +12,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.other_records import SHARE
 from ftqp.kernel.maths.elementary import any_of, larger, select, smaller, sqrt
-from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.study.task_values import task_values
 
 ALL: Final = (1 << WIDTH) - 1
@@ -46,14 +46,14 @@ def weigh(S: Any, L: Any) -> Any:
     n, m = S.chain.n, S.study.m
     if L.plain:
         for at in range(0, m * n * WIDTH, WIDTH):
-            put(L.P, at, several(L.A, at))
+            store_lanes(L.P, at, load_lanes(L.A, at))
         return factor(S, L)
     for r in range(m):
         for i in range(n):
-            p = several(L.zero, 0)
+            p = load_lanes(L.zero, 0)
             for k in range(n):
-                p = p + several(L.A, (r * n + k) * WIDTH) * L.M[i, k]
-            put(L.P, (r * n + i) * WIDTH, p)
+                p = p + load_lanes(L.A, (r * n + k) * WIDTH) * L.M[i, k]
+            store_lanes(L.P, (r * n + i) * WIDTH, p)
     return factor(S, L)
 
 
@@ -61,25 +61,25 @@ def weigh(S: Any, L: Any) -> Any:
 def factor(S: Any, L: Any) -> Any:
     """B = A P = F D F', F with ones on the diagonal; ``pivot`` is D^-1. The least of D over the largest."""
     n, m = S.chain.n, S.study.m
-    low, high = several(L.zero, 0), several(L.zero, 0)
+    low, high = load_lanes(L.zero, 0), load_lanes(L.zero, 0)
     for c in range(m):
         for r in range(c, m):
-            s = several(L.zero, 0)
+            s = load_lanes(L.zero, 0)
             for i in range(n):
-                s = s + several(L.A, (r * n + i) * WIDTH) * several(L.P, (c * n + i) * WIDTH)
+                s = s + load_lanes(L.A, (r * n + i) * WIDTH) * load_lanes(L.P, (c * n + i) * WIDTH)
             for k in range(c):
-                part = several(L.factor, (r * TASK_ROWS + k) * WIDTH)
-                s = s - part * several(L.factor, (k * TASK_ROWS + c) * WIDTH)
-            put(L.factor, (c * TASK_ROWS + r) * WIDTH, s)
-        d = several(L.factor, (c * TASK_ROWS + c) * WIDTH)
+                part = load_lanes(L.factor, (r * TASK_ROWS + k) * WIDTH)
+                s = s - part * load_lanes(L.factor, (k * TASK_ROWS + c) * WIDTH)
+            store_lanes(L.factor, (c * TASK_ROWS + r) * WIDTH, s)
+        d = load_lanes(L.factor, (c * TASK_ROWS + c) * WIDTH)
         high = larger(high, d)
         d = larger(d, high * FLOOR + TINY)
         low = d if c == 0 else smaller(low, d)
         inverse = 1.0 / d
-        put(L.pivot, c * WIDTH, inverse)
+        store_lanes(L.pivot, c * WIDTH, inverse)
         for r in range(c + 1, m):
-            s = several(L.factor, (c * TASK_ROWS + r) * WIDTH)
-            put(L.factor, (r * TASK_ROWS + c) * WIDTH, s * inverse)
+            s = load_lanes(L.factor, (c * TASK_ROWS + r) * WIDTH)
+            store_lanes(L.factor, (r * TASK_ROWS + c) * WIDTH, s * inverse)
     return low / (high + TINY)
 
 
@@ -88,16 +88,16 @@ def solve(S: Any, L: Any) -> None:
     """rhs <- B^-1 rhs with the factors of ``factor``."""
     m = S.study.m
     for r in range(1, m):
-        s = several(L.rhs, r * WIDTH)
+        s = load_lanes(L.rhs, r * WIDTH)
         for k in range(r):
-            s = s - several(L.factor, (r * TASK_ROWS + k) * WIDTH) * several(L.rhs, k * WIDTH)
-        put(L.rhs, r * WIDTH, s)
+            s = s - load_lanes(L.factor, (r * TASK_ROWS + k) * WIDTH) * load_lanes(L.rhs, k * WIDTH)
+        store_lanes(L.rhs, r * WIDTH, s)
     for back in range(m):
         r = m - 1 - back
-        s = several(L.rhs, r * WIDTH) * several(L.pivot, r * WIDTH)
+        s = load_lanes(L.rhs, r * WIDTH) * load_lanes(L.pivot, r * WIDTH)
         for k in range(r + 1, m):
-            s = s - several(L.factor, (k * TASK_ROWS + r) * WIDTH) * several(L.rhs, k * WIDTH)
-        put(L.rhs, r * WIDTH, s)
+            s = s - load_lanes(L.factor, (k * TASK_ROWS + r) * WIDTH) * load_lanes(L.rhs, k * WIDTH)
+        store_lanes(L.rhs, r * WIDTH, s)
 
 
 @jit
@@ -105,25 +105,25 @@ def resolve(S: Any, L: Any, free: Any, out: Any) -> Any:
     """out <- I_S P B^-1 rhs with what ``factor`` left; returns |out|. The right side is lost."""
     n, m = S.chain.n, S.study.m
     solve(S, L)
-    square = several(L.zero, 0)
+    square = load_lanes(L.zero, 0)
     for i in range(n):
-        s = several(L.zero, 0)
+        s = load_lanes(L.zero, 0)
         for r in range(m):
-            s = s + several(L.P, (r * n + i) * WIDTH) * several(L.rhs, r * WIDTH)
-        s = s * several(free, i * WIDTH)
+            s = s + load_lanes(L.P, (r * n + i) * WIDTH) * load_lanes(L.rhs, r * WIDTH)
+        s = s * load_lanes(free, i * WIDTH)
         square = square + s * s
-        put(out, i * WIDTH, s)
+        store_lanes(out, i * WIDTH, s)
     return sqrt(square)
 
 
 @jit
 def towards_goal(S: Any, L: Any) -> Any:
     """rhs <- e; returns |e|^2."""
-    square = several(L.zero, 0)
+    square = load_lanes(L.zero, 0)
     for at in range(0, S.study.m * WIDTH, WIDTH):
-        e = several(L.e, at)
+        e = load_lanes(L.e, at)
         square = square + e * e
-        put(L.rhs, at, e)
+        store_lanes(L.rhs, at, e)
     return square
 
 
@@ -142,7 +142,7 @@ def scaled_rates(S: Any, L: Any, q: Any, out: Any, seats: int) -> Any:
     error, speed, regular = rates(S, L, q, L.free, out, seats)
     scale = 1.0 / (speed + SHARE)
     for at in range(0, S.chain.n * WIDTH, WIDTH):
-        put(out, at, several(out, at) * scale)
+        store_lanes(out, at, load_lanes(out, at) * scale)
     return error, speed, regular
 
 
@@ -159,9 +159,9 @@ def rates_in_eight(S: Any, L: Any, out: Any, count: int) -> None:
     Those at the first one go into out, (n,), what ``rates`` returns of it into ``one_``.
     """
     error, speed, regular = rates(S, L, L.eight, L.alone, L.eight_rate, (1 << count) - 1)
-    put(L.one_error, 0, error)
-    put(L.one_speed, 0, speed)
-    put(L.one_regular, 0, regular)
+    store_lanes(L.one_error, 0, error)
+    store_lanes(L.one_speed, 0, speed)
+    store_lanes(L.one_regular, 0, regular)
     for i in range(S.chain.n):
         out[i] = L.eight_rate[i * WIDTH]
 
@@ -192,80 +192,80 @@ NEVER: Final = 1e300
 @jit
 def begin(S: Any, L: Any, seats: int) -> None:
     """The rates at the starts of runs that are fresh."""
-    fresh = several(L.fresh, 0) > 0.5
+    fresh = load_lanes(L.fresh, 0) > 0.5
     if not any_of(fresh):
         return
     error, speed, regular = scaled_rates(S, L, L.q, L.k4, seats)
     for at in range(0, S.chain.n * WIDTH, WIDTH):
-        put(L.k1, at, select(fresh, several(L.k4, at), several(L.k1, at)))
-    put(L.error, 0, select(fresh, error, several(L.error, 0)))
-    put(L.speed, 0, select(fresh, speed, several(L.speed, 0)))
-    put(L.regular, 0, select(fresh, regular, several(L.regular, 0)))
-    put(L.rate, 0, select(fresh, clock(L, error, speed), several(L.rate, 0)))
-    put(L.h, 0, select(fresh, FIRST, several(L.h, 0)))
+        store_lanes(L.k1, at, select(fresh, load_lanes(L.k4, at), load_lanes(L.k1, at)))
+    store_lanes(L.error, 0, select(fresh, error, load_lanes(L.error, 0)))
+    store_lanes(L.speed, 0, select(fresh, speed, load_lanes(L.speed, 0)))
+    store_lanes(L.regular, 0, select(fresh, regular, load_lanes(L.regular, 0)))
+    store_lanes(L.rate, 0, select(fresh, clock(L, error, speed), load_lanes(L.rate, 0)))
+    store_lanes(L.h, 0, select(fresh, FIRST, load_lanes(L.h, 0)))
     for array in (L.path, L.time, L.gone, L.fresh):
-        put(array, 0, select(fresh, 0.0, several(array, 0)))
-    put(L.arrived, 0, select(fresh, NEVER, several(L.arrived, 0)))
+        store_lanes(array, 0, select(fresh, 0.0, load_lanes(array, 0)))
+    store_lanes(L.arrived, 0, select(fresh, NEVER, load_lanes(L.arrived, 0)))
 
 
 @jit
 def step(S: Any, L: Any, seats: int) -> None:
     """One trial step of every run; where its error is too large, the run stays and its step gets shorter."""
     size = S.chain.n * WIDTH
-    h, r1 = several(L.h, 0), several(L.rate, 0)
+    h, r1 = load_lanes(L.h, 0), load_lanes(L.rate, 0)
     for at in range(0, size, WIDTH):
-        put(L.next, at, several(L.q, at) + 0.5 * h * several(L.k1, at))
+        store_lanes(L.next, at, load_lanes(L.q, at) + 0.5 * h * load_lanes(L.k1, at))
     e2, s2, _ = scaled_rates(S, L, L.next, L.k2, seats)
     for at in range(0, size, WIDTH):
-        put(L.next, at, several(L.q, at) + 0.75 * h * several(L.k2, at))
+        store_lanes(L.next, at, load_lanes(L.q, at) + 0.75 * h * load_lanes(L.k2, at))
     e3, s3, _ = scaled_rates(S, L, L.next, L.k3, seats)
     ninth = h * (1.0 / 9.0)
     for at in range(0, size, WIDTH):
-        move = 2.0 * several(L.k1, at) + 3.0 * several(L.k2, at) + 4.0 * several(L.k3, at)
-        put(L.next, at, several(L.q, at) + ninth * move)
+        move = 2.0 * load_lanes(L.k1, at) + 3.0 * load_lanes(L.k2, at) + 4.0 * load_lanes(L.k3, at)
+        store_lanes(L.next, at, load_lanes(L.q, at) + ninth * move)
     e4, s4, regular = scaled_rates(S, L, L.next, L.k4, seats)
-    wrong = several(L.zero, 0)
+    wrong = load_lanes(L.zero, 0)
     for at in range(0, size, WIDTH):
         miss = (
-            (-5.0 / 72.0) * several(L.k1, at)
-            + (1.0 / 12.0) * several(L.k2, at)
-            + (1.0 / 9.0) * several(L.k3, at)
-            - 0.125 * several(L.k4, at)
+            (-5.0 / 72.0) * load_lanes(L.k1, at)
+            + (1.0 / 12.0) * load_lanes(L.k2, at)
+            + (1.0 / 9.0) * load_lanes(L.k3, at)
+            - 0.125 * load_lanes(L.k4, at)
         )
         wrong = wrong + miss * miss
     wrong = wrong * h * h / (L.tolerance * L.tolerance) + 1e-20
     good = wrong <= 1.0
-    moved = several(L.zero, 0)
+    moved = load_lanes(L.zero, 0)
     for at in range(0, size, WIDTH):
-        here, there = several(L.q, at), several(L.next, at)
+        here, there = load_lanes(L.q, at), load_lanes(L.next, at)
         moved = moved + (there - here) * (there - here)
-        put(L.q, at, select(good, there, here))
-        put(L.k1, at, select(good, several(L.k4, at), several(L.k1, at)))
-    put(L.path, 0, several(L.path, 0) + select(good, sqrt(moved), 0.0))
-    put(L.gone, 0, several(L.gone, 0) + select(good, h, 0.0))
+        store_lanes(L.q, at, select(good, there, here))
+        store_lanes(L.k1, at, select(good, load_lanes(L.k4, at), load_lanes(L.k1, at)))
+    store_lanes(L.path, 0, load_lanes(L.path, 0) + select(good, sqrt(moved), 0.0))
+    store_lanes(L.gone, 0, load_lanes(L.gone, 0) + select(good, h, 0.0))
     took = ninth * (2.0 * r1 + 3.0 * clock(L, e2, s2) + 4.0 * clock(L, e3, s3))
     if L.success > 0.0:
         _arrive(L, good, e4, took)
-    put(L.time, 0, several(L.time, 0) + select(good, took, 0.0))
-    put(L.rate, 0, select(good, clock(L, e4, s4), r1))
-    put(L.error, 0, select(good, e4, several(L.error, 0)))
-    put(L.speed, 0, select(good, s4, several(L.speed, 0)))
-    put(L.regular, 0, select(good, regular, several(L.regular, 0)))
+    store_lanes(L.time, 0, load_lanes(L.time, 0) + select(good, took, 0.0))
+    store_lanes(L.rate, 0, select(good, clock(L, e4, s4), r1))
+    store_lanes(L.error, 0, select(good, e4, load_lanes(L.error, 0)))
+    store_lanes(L.speed, 0, select(good, s4, load_lanes(L.speed, 0)))
+    store_lanes(L.regular, 0, select(good, regular, load_lanes(L.regular, 0)))
     # wrong is the square of the error: its power 5/32 is the error's power 0.31
     root = sqrt(sqrt(sqrt(wrong)))
     change = SAFETY / (root * sqrt(sqrt(root)))
     change = smaller(larger(change, SHRINKAGE), GROWTH)
-    put(L.h, 0, smaller(h * change, LONGEST))
+    store_lanes(L.h, 0, smaller(h * change, LONGEST))
 
 
 @jit
 def _arrive(L: Any, good: Any, error: Any, took: Any) -> None:
     """When |e| fell below ``success``."""
-    before, now = sqrt(several(L.error, 0)), sqrt(error)
+    before, now = sqrt(load_lanes(L.error, 0)), sqrt(error)
     share = smaller(larger((before - L.success) / (before - now + TINY), 0.0), 1.0)
-    arrived = several(L.arrived, 0)
+    arrived = load_lanes(L.arrived, 0)
     first = good & (now < L.success) & (arrived >= NEVER)
-    put(L.arrived, 0, select(first, several(L.time, 0) + share * took, arrived))
+    store_lanes(L.arrived, 0, select(first, load_lanes(L.time, 0) + share * took, arrived))
 
 
 @jit

@@ -17,7 +17,7 @@ from ftqp.kernel.layout.enums import CORRECT, ERRONEOUS, NONE, SINGULAR, TASK_RO
 from ftqp.kernel.layout.other_records import LONG_WAY, SHARE
 from ftqp.kernel.maths.elementary import any_of, select
 from ftqp.kernel.maths.linear_systems import lu_factor, lu_solve
-from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.study.law_rates import (
     LOOKS,
     NEVER,
@@ -146,36 +146,36 @@ def goal_ahead(S: Any, L: Any, q: Any, free: Any, reach: Any, seats: int) -> Non
     """
     n, m = S.chain.n, S.study.m
     for at in range(0, n * WIDTH, WIDTH):
-        put(L.trial, at, several(q, at))
+        store_lanes(L.trial, at, load_lanes(q, at))
     for _ in range(GOAL_SEARCHES):
         values(S, L, L.trial, seats)
         for r in range(m):
             for i in range(n):
                 at = (r * n + i) * WIDTH
-                put(L.P, at, several(L.A, at) * several(free, i * WIDTH))
+                store_lanes(L.P, at, load_lanes(L.A, at) * load_lanes(free, i * WIDTH))
         factor(S, L)
         towards_goal(S, L)
         resolve(S, L, free, L.next)
         for at in range(0, n * WIDTH, WIDTH):
-            put(L.trial, at, several(L.trial, at) + several(L.next, at))
+            store_lanes(L.trial, at, load_lanes(L.trial, at) + load_lanes(L.next, at))
     error, _, regular = rates(S, L, L.trial, free, L.next, seats)
-    way = several(L.zero, 0)
+    way = load_lanes(L.zero, 0)
     for at in range(0, n * WIDTH, WIDTH):
-        move = several(L.trial, at) - several(q, at)
+        move = load_lanes(L.trial, at) - load_lanes(q, at)
         way = way + move * move
     for c in range(m):
         for r in range(m):
-            s = several(L.zero, 0)
+            s = load_lanes(L.zero, 0)
             for i in range(n):
-                moves = several(free, i * WIDTH) * several(L.P, (c * n + i) * WIDTH)
-                s = s + several(L.A, (r * n + i) * WIDTH) * moves
-            put(L.rhs, r * WIDTH, s)
+                moves = load_lanes(free, i * WIDTH) * load_lanes(L.P, (c * n + i) * WIDTH)
+                s = s + load_lanes(L.A, (r * n + i) * WIDTH) * moves
+            store_lanes(L.rhs, r * WIDTH, s)
         solve(S, L)
         for r in range(m):
-            put(L.turned, (r * TASK_ROWS + c) * WIDTH, several(L.rhs, r * WIDTH))
+            store_lanes(L.turned, (r * TASK_ROWS + c) * WIDTH, load_lanes(L.rhs, r * WIDTH))
     bound = FOUND * L.unit
     there = (error < bound * bound) & (way < reach * reach) & (regular > FLAT)
-    put(L.found, 0, select(there, 1.0, 0.0))
+    store_lanes(L.found, 0, select(there, 1.0, 0.0))
 
 
 @jit
@@ -342,11 +342,11 @@ def _seat(S: Any, L: Any, seat: int, run: int, starts: Any, locked: Any) -> None
 def _look_for_goal(S: Any, L: Any, seats: int) -> None:
     """What is ahead of every run near the goal, where the end is asked for and not the time."""
     bound = NEAR * L.unit if not L.success > 0.0 else 0.0
-    near = several(L.error, 0) < bound * bound
-    put(L.found, 0, several(L.zero, 0))
+    near = load_lanes(L.error, 0) < bound * bound
+    store_lanes(L.found, 0, load_lanes(L.zero, 0))
     if any_of(near):
-        goal_ahead(S, L, L.q, L.free, several(L.reach, 0), seats)
-        put(L.found, 0, select(near, several(L.found, 0), 0.0))
+        goal_ahead(S, L, L.q, L.free, load_lanes(L.reach, 0), seats)
+        store_lanes(L.found, 0, select(near, load_lanes(L.found, 0), 0.0))
 
 
 D: Final = 0.2928932188134524
@@ -365,7 +365,7 @@ def _look(S: Any, L: Any, error: float, speed: float, regular: float) -> int:
     """What is ahead of ``here``; an end is in ``there``."""
     if error < (NEAR * L.unit) ** 2:
         rates_at(S, L, L.here, L.w)  # eight times in ``eight``
-        goal_ahead(S, L, L.eight, L.alone, several(L.reach, 0), 1)
+        goal_ahead(S, L, L.eight, L.alone, load_lanes(L.reach, 0), 1)
         if L.found[0] > 0.5 and draws(S, L, 0):
             for i in range(S.chain.n):
                 L.there[i] = L.trial[i * WIDTH]

@@ -20,7 +20,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import MOST_ROWS
 from ftqp.kernel.maths.elementary import has_last_row, is_finite, is_rotation, whole_turns
-from ftqp.kernel.maths.side_by_side import WIDTH, all_of, several
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, load_lanes
 
 
 @jit
@@ -117,7 +117,7 @@ def target_is_usable(task: Any) -> bool:
     target = task.target
     good = True
     for at in range(0, TARGET_HAS_ROTATION, WIDTH):
-        here = several(target, min(at, TARGET_HAS_ROTATION - WIDTH))
+        here = load_lanes(target, min(at, TARGET_HAS_ROTATION - WIDTH))
         good = good and all_of(abs(here) < inf)
     if good and task.target[TARGET_HAS_ROTATION] > 0.0:
         return has_last_row(target[12], target[13], target[14], target[15]) and is_rotation(target)
@@ -129,7 +129,7 @@ def state_is_finite(state: Any, chain: Any) -> bool:
     """Whether the measured state is finite; a q or v that is not gives way to the last command."""
     good = state.unusable == 0
     for at in range(0, chain.n, WIDTH):
-        finite = (abs(several(state.q, at)) < inf) & (abs(several(state.v, at)) < inf)
+        finite = (abs(load_lanes(state.q, at)) < inf) & (abs(load_lanes(state.v, at)) < inf)
         good = good and all_of(finite)
     if not good:
         for i in range(chain.n):

@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.feedback.gap import norms
 from ftqp.kernel.feedback.late_targets import play_back
-from ftqp.kernel.feedback.status_report import see_error
+from ftqp.kernel.feedback.status_report import task_error
 from ftqp.kernel.feedback.tip_correction import displace
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.stage_problems import begin_stop
@@ -175,7 +175,7 @@ def may_go_on(K: Any, valid: bool) -> bool:
         return _refuse_target(K)
     K.task.has_tip_measured = 0  # it is in the displacement
     pose_error(K)
-    see_error(K.task, K.feedback, K.kinematics, K.past)
+    task_error(K.task, K.feedback, K.kinematics, K.past)
     displace(K.task, K.feedback)
     if K.held.on:
         return _stay(K)
@@ -188,7 +188,7 @@ def may_go_on_by_the_clock(K: Any, valid: bool) -> bool:
     if valid:
         K.task.has_tip_measured = 0
         pose_error(K)
-        see_error(K.task, K.feedback, K.kinematics, K.past)
+        task_error(K.task, K.feedback, K.kinematics, K.past)
         play_back(K)
         if K.feedback.late > 0.0:
             pose_error(K)

@@ -5,11 +5,11 @@ from typing import Any
 from ftqp.kernel.feedback.held import watch_arm
 from ftqp.kernel.feedback.learned_inertia import is_known, learn
 from ftqp.kernel.feedback.monitor import monitor
-from ftqp.kernel.feedback.observer import feel, observe
+from ftqp.kernel.feedback.observer import dynamics_at_estimate, observe
 from ftqp.kernel.feedback.reference import leave_margin
 from ftqp.kernel.feedback.samples import believe, slot
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import AS_TOLD, TORQUE_DRIVE
+from ftqp.kernel.layout.enums import AS_STATED, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import SUSPECTS
 from ftqp.kernel.monitor.servos import forget_servos
 from ftqp.kernel.monitor.watching import watch_servos
@@ -27,7 +27,7 @@ def _begin(K: Any, q: Any) -> None:
         K.state.q_command[i] = K.gate.q[i] = K.gate.sent[i] = q[i]
         K.state.v_command[i] = K.state.a_command[i] = K.gate.v[i] = K.gate.speed[i] = 0.0
     K.state.ticks, K.state.is_reset = 0, 1
-    K.feedback.fresh = AS_TOLD
+    K.feedback.fresh = AS_STATED
 
 
 @jit
@@ -55,15 +55,15 @@ def listen(K: Any, q: Any, reference: Any, tau: Any) -> int:
     for i in range(K.chain.n):
         state.q[i], state.v[i] = q[i], 0.0
     feedback.active = 1
-    first, told = feedback.fresh != 0, feedback.fresh == AS_TOLD
+    first, as_stated = feedback.fresh != 0, feedback.fresh == AS_STATED
     believe(K)
     watch_arm(K, first)
     observe(K, first)
     watch_servos(K, first, slot(feedback, feedback.latency), is_known(K.state, K.learned))
     if feedback.kind == TORQUE_DRIVE:
         if not K.held.on:
-            learn(K, told, first)
-        feel(K)
+            learn(K, as_stated, first)
+        dynamics_at_estimate(K)
     if not K.held.on:
         monitor(K)
     leave_margin(K.faults, feedback, K.chain, K.past)

@@ -9,19 +9,17 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error
-from ftqp.kernel.calm.calm_qp import begin_calm, begin_calm_on_path, calms, leave_calm, stand_still, waits
-from ftqp.kernel.calm.metric import outlook
 from ftqp.kernel.feedback.gap import measure_gap, stand_by, wait
 from ftqp.kernel.feedback.held import watch_arm
 from ftqp.kernel.feedback.lead_bound import keep_near
 from ftqp.kernel.feedback.learned_inertia import is_known, learn
 from ftqp.kernel.feedback.monitor import monitor
-from ftqp.kernel.feedback.observer import feel, observe
-from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
+from ftqp.kernel.feedback.observer import dynamics_at_estimate, observe
+from ftqp.kernel.feedback.reference import leave_margin, take_jump, update_reference
 from ftqp.kernel.feedback.samples import believe, slot
-from ftqp.kernel.feedback.status_report import see_error
+from ftqp.kernel.feedback.status_report import task_error
 from ftqp.kernel.feedback.tip_correction import correct, look_at_tip
-from ftqp.kernel.free.decision import ask_for_motion, outcome_beside_free, think
+from ftqp.kernel.free.decision import ask_for_motion, outcome_beside_free, search_step
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.foretelling import foretell
 from ftqp.kernel.jit import jit, part_jit
@@ -29,8 +27,7 @@ from ftqp.kernel.judge.stage_problems import begin_first_stage, begin_rest
 from ftqp.kernel.latches.settling import TASK_LEFT, settle
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
-    AS_TOLD,
-    CALM_STAGE,
+    AS_STATED,
     FIRST_STAGE,
     FOLLOW,
     HARD,
@@ -40,6 +37,7 @@ from ftqp.kernel.layout.enums import (
     QP_READY,
     REST_STAGE,
     SCALE,
+    SETTLING_STAGE,
     SOLVE,
     TORQUE_DRIVE,
 )
@@ -73,6 +71,15 @@ from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate
 from ftqp.kernel.rows.task_rows import compliance, fade_feedback, path_scale, softness, task_rows, turn_rows
 from ftqp.kernel.rows.task_terms import share
 from ftqp.kernel.scene.clearance import look_around, stop_unwatched
+from ftqp.kernel.settling.metric import outlook
+from ftqp.kernel.settling.settling_qp import (
+    begin_settling,
+    begin_settling_on_path,
+    end_settling,
+    settles,
+    stand_still,
+    waits,
+)
 from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
 from ftqp.kernel.ticks.going_on import may_go_on, may_go_on_as_measured, may_go_on_by_the_clock
 
@@ -110,7 +117,7 @@ def _see(K: Any) -> bool:
     feedback = K.feedback
     _begin(K.state, K.faults, K.cascade, K.terms, K.chain, K.qp)
     feedback.active = 1
-    first, told = feedback.fresh != 0, feedback.fresh == AS_TOLD
+    first, as_stated = feedback.fresh != 0, feedback.fresh == AS_STATED
     valid = target_is_usable(K.task)
     believe(K)
     watch_arm(K, first)
@@ -119,13 +126,13 @@ def _see(K: Any) -> bool:
         watch_servos(K, first, slot(feedback, feedback.latency), is_known(K.state, K.learned))
     if feedback.kind == TORQUE_DRIVE:
         if not K.held.on:
-            learn(K, told, first)
-        feel(K)
+            learn(K, as_stated, first)
+        dynamics_at_estimate(K)
     if not K.held.on:
         monitor(K)
     if K.faults.working < K.chain.n:
         foretell(K, first)
-    refer(K.state, K.faults, feedback, K.chain, K.past)
+    update_reference(K.state, K.faults, feedback, K.chain, K.past)
     look_at_tip(K)
     leave_margin(K.faults, feedback, K.chain, K.past)
     correct(K)
@@ -176,7 +183,7 @@ def _ask(K: Any) -> int:
     task, terms, turned, qp = K.task, K.terms, K.turned, K.qp
     ratio = task.slack_ratio
     K.cascade.stage = MAIN_STAGE
-    leave_calm(qp, K.calm)
+    end_settling(qp, K.settling)
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     if task.mode == HARD:
@@ -202,12 +209,12 @@ def _ask(K: Any) -> int:
 
 
 @jit
-def _turn(K: Any, calm: bool) -> None:
-    """Posture criterion and directional damping, where the planner has them; calm does without the latter."""
-    if K.criteria.manipulability != 0.0 and not K.calm.hushed:
+def _turn(K: Any, settling: bool) -> None:
+    """Posture criterion and directional damping, where the planner has them; settling without the latter."""
+    if K.criteria.manipulability != 0.0 and not K.settling.gradient_suppressed:
         add_manipulability(K)
     K.turned.on = 0
-    if K.turned.factor > 0.0 and not calm:
+    if K.turned.factor > 0.0 and not settling:
         turn_rows(K)
 
 
@@ -221,9 +228,9 @@ def prepare_plain(K: Any) -> int:
         return SOLVE
     objective(K)
     task_rows(K, K.task.kp)
-    if calms(K, K.task.kp):
-        begin_calm(K, K.task.kp)
-        K.cascade.stage = CALM_STAGE
+    if settles(K, K.task.kp):
+        begin_settling(K, K.task.kp)
+        K.cascade.stage = SETTLING_STAGE
         return SOLVE
     return _ask(K)
 
@@ -235,11 +242,11 @@ def _follow(K: Any, valid: bool) -> int:
         return SOLVE
     objective(K)
     task_rows(K, K.task.kp)
-    calm = calms(K, K.task.kp)
-    _turn(K, calm)
-    if calm:
-        begin_calm(K, K.task.kp)
-        K.cascade.stage = CALM_STAGE
+    settling = settles(K, K.task.kp)
+    _turn(K, settling)
+    if settling:
+        begin_settling(K, K.task.kp)
+        K.cascade.stage = SETTLING_STAGE
         return SOLVE
     return _ask(K)
 
@@ -266,26 +273,26 @@ def prepare_on_path(K: Any, path: Any) -> int:
     motion(K, K.state)
     begin_on_path(K, path)
     objective(K)
-    blocked = stand_still(task, K.calm, path)
+    blocked = stand_still(task, K.settling, path)
     task_rows(K, task.kp)
     outlook(K, path)
     if path.driven:
         add_drive(K, path)
-    calm = waits(K, path) and calms(K, task.kp)
+    settling = waits(K, path) and settles(K, task.kp)
     path_rows(K, path)
-    if K.criteria.manipulability != 0.0 and not K.calm.hushed:
+    if K.criteria.manipulability != 0.0 and not K.settling.gradient_suppressed:
         add_manipulability(K)
     fade_feedback(K, path)
-    K.cascade.stage = CALM_STAGE if calm else MAIN_STAGE
+    K.cascade.stage = SETTLING_STAGE if settling else MAIN_STAGE
     for k in range(task.m):
         task.asked[k] = qp.b[k]
-    ratio = task.slack_ratio if calm or blocked else STIFFNESS
+    ratio = task.slack_ratio if settling or blocked else STIFFNESS
     compliance(task, K.terms, K.chain, qp, K.turned, ratio)
     rate_variable(K, path)
-    if calm:
-        begin_calm_on_path(K, path, task.kp)
+    if settling:
+        begin_settling_on_path(K, path, task.kp)
         return SOLVE
-    leave_calm(qp, K.calm)
+    end_settling(qp, K.settling)
     if K.terms.shared:
         share(K, 1.0 / softness(task, K.terms, K.chain, qp, ratio))
     return QP_READY
@@ -307,11 +314,11 @@ def prepare_on_base(K: Any, base: Any) -> int:
     objective(K)
     kp = base.gain / K.state.dt
     task_rows(K, kp)
-    calm = calms(K, kp)
-    _turn(K, calm)
-    if calm:
-        begin_calm(K, kp)
-        K.cascade.stage = CALM_STAGE
+    settling = settles(K, kp)
+    _turn(K, settling)
+    if settling:
+        begin_settling(K, kp)
+        K.cascade.stage = SETTLING_STAGE
         return SOLVE
     return _ask(K)
 
@@ -328,7 +335,7 @@ def prepare_free(K: Any, F: Any) -> int:
         _bound(K)
         _limit(K)
         return _follow(K, valid)
-    think(K, F)
+    search_step(K, F)
     forward_kinematics(K, K.state)
     _bound(K)
     _limit(K)
@@ -337,10 +344,10 @@ def prepare_free(K: Any, F: Any) -> int:
         return _follow(K, valid)
     K.task.has_tip_measured = 0
     pose_error(K)
-    see_error(K.task, K.feedback, K.kinematics, K.past)
+    task_error(K.task, K.feedback, K.kinematics, K.past)
     task_rows(K, K.task.kp)
     K.turned.on = 0
-    settle(K.calm, TASK_LEFT, K.state.dt)
+    settle(K.settling, TASK_LEFT, K.state.dt)
     begin_rest(K, K.state.dt, 0.0)
     K.cascade.stage = REST_STAGE
     ask_for_motion(K, F)

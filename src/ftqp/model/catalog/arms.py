@@ -121,7 +121,7 @@ def arm_of_file(name: str, **changes: Any) -> Robot:
     else:
         steps = [placement(row[:3], np.deg2rad(row[3:]).tolist()) for row in rows]
     links = figures.get("inertials")
-    told: dict[str, Any] = {
+    stated: dict[str, Any] = {
         "tip": figures["tip"],
         "tip_pose": end,
         "capsules": capsules_of(figures),
@@ -134,7 +134,7 @@ def arm_of_file(name: str, **changes: Any) -> Robot:
         steps,
         None if links is None else inertials_of(links),
         figures["limits"],
-        **told,
+        **stated,
     )
     return replace(robot, findings=(*robot.findings, *map(note, figures.get("notes", ()))))
 

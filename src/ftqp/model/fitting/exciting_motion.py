@@ -99,10 +99,10 @@ def exciting_motion(
         size = shape.fitting(robot, start, low, high, seen)
         for _ in range(SHRINKINGS):
             motion = shape.motion(start, low, high, size, seen)
-            told = _told(robot, motion)
-            if told is not None and (clear is None or clear(motion[0])):
-                if told > most:
-                    best, most = (shape, size), told
+            information = _information(robot, motion)
+            if information is not None and (clear is None or clear(motion[0])):
+                if information > most:
+                    best, most = (shape, size), information
                 break
             size = SHRINK * size
     if best is None:
@@ -170,7 +170,7 @@ def _range(robot: Robot, start: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.minimum(low, start), np.maximum(high, start)
 
 
-def _told(robot: Robot, motion: tuple[FloatArray, FloatArray, FloatArray]) -> float | None:
+def _information(robot: Robot, motion: tuple[FloatArray, FloatArray, FloatArray]) -> float | None:
     """How much the motion tells; None where its torques are too large."""
     q, v, a = motion
     zero = np.zeros_like(q)

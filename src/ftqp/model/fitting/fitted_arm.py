@@ -40,7 +40,7 @@ class Unknown:
     # torques (S, nv) that all unknowns so far make
     columns: Callable[[Robot, Pieces, FloatArray], FloatArray]
     size: int = 0  # How many there are, one a joint (0) or so many of the whole arm
-    told: float = 0.15  # What an error of this share of ``usual`` is still worth telling
+    worth: float = 0.15  # What an error of this share of ``usual`` is still worth telling
 
 
 class Sizes(NamedTuple):
@@ -138,9 +138,9 @@ KINDS: dict[str, Unknown] = {
     ),
     "gains": Unknown(
         "gain of the torques", "1", lambda s: GAIN + 0.0 * s.tau,
-        lambda robot, at, made: _each(made), told=0.3,
+        lambda robot, at, made: _each(made), worth=0.3,
     ),
-    "offsets": Unknown("encoder offset", "rad", lambda s: OFFSET + 0.0 * s.tau, _turned, told=0.3),
+    "offsets": Unknown("encoder offset", "rad", lambda s: OFFSET + 0.0 * s.tau, _turned, worth=0.3),
     LOAD: Unknown(
         "load at the end effector", "kg, kg m, kg m2",
         lambda s: s.load * s.length ** np.array([0.0, 1, 1, 1, 2, 2, 2, 2, 2, 2]), _loads, size=10,
@@ -301,9 +301,9 @@ def arm_of(robot: Robot, every: Sequence[TorqueLog], unknowns: Sequence[str], mo
     ends = np.cumsum([kind.size or robot.nv for kind in kinds])
     places = {name: slice(end - (kind.size or robot.nv), end)
               for name, kind, end in zip(unknowns, kinds, ends, strict=True)}  # fmt: skip
-    told = (np.abs(pieces.v) > SLOWEST) & (np.abs(pieces.v) > 0.5 * np.abs(pieces.a) * pieces.width)
-    row, joint = np.nonzero(told)
-    before = _rms(pieces.tau - torques(robot, pieces), told)
+    worth = (np.abs(pieces.v) > SLOWEST) & (np.abs(pieces.v) > 0.5 * np.abs(pieces.a) * pieces.width)
+    row, joint = np.nonzero(worth)
+    before = _rms(pieces.tau - torques(robot, pieces), worth)
     found = np.zeros(len(usual))
     for last in (*[False] * ROUNDS, True):
         at = pieces._replace(q=pieces.q + found[places["offsets"]]) if "offsets" in places else pieces
@@ -318,7 +318,7 @@ def arm_of(robot: Robot, every: Sequence[TorqueLog], unknowns: Sequence[str], mo
         if "gains" in places:
             columns["gains"] = KINDS["gains"].columns(robot, at, made)
         A, y = np.concatenate([columns[name] for name in unknowns], axis=2), pieces.tau - scale * made
-        left = _rms(y, told)
+        left = _rms(y, worth)
         weight = 1.0 / np.maximum(left, 1e-9 + 1e-6 * sizes.tau)
         if last:
             break
@@ -331,7 +331,7 @@ def arm_of(robot: Robot, every: Sequence[TorqueLog], unknowns: Sequence[str], mo
     moves = np.ptp(pieces.q, axis=0) > LEAST_WAY
     untold = {}
     for name, kind in zip(unknowns, kinds, strict=True):
-        flags = errors[places[name]] > kind.told * usual[places[name]]
+        flags = errors[places[name]] > kind.worth * usual[places[name]]
         untold[name] = flags if kind.size else flags | (~moves if name != "offsets" else False)
     values = {name: frozen(found[place]) for name, place in places.items()}
     none = {name: frozen(np.zeros(kind.size or robot.nv)) for name, kind in KINDS.items()}
@@ -339,7 +339,7 @@ def arm_of(robot: Robot, every: Sequence[TorqueLog], unknowns: Sequence[str], mo
         robot=robot,
         errors={name: frozen(errors[place]) for name, place in places.items()},
         untold={**{name: np.ones(len(zero), dtype=bool) for name, zero in none.items()}, **untold},
-        left=frozen(left), before=frozen(before), size=frozen(_rms(pieces.tau, told)),
+        left=frozen(left), before=frozen(before), size=frozen(_rms(pieces.tau, worth)),
         pieces=len(pieces.t), width=pieces.width, left_out=pieces.left_out, **{**none, **values},
     )  # fmt: skip
 
@@ -393,10 +393,10 @@ def _carrying(robot: Robot, load: FloatArray) -> Robot:
     return robot if mass < LIGHTEST else robot.with_payload(Payload(mass, load[1:4] / mass))
 
 
-def _rms(values: FloatArray, told: Any) -> FloatArray:
+def _rms(values: FloatArray, worth: Any) -> FloatArray:
     """Root mean square of every joint over the pieces that tell something, (nv,)."""
-    count = np.maximum(told.sum(axis=0), 1)
-    result: FloatArray = np.sqrt((values**2 * told).sum(axis=0) / count)
+    count = np.maximum(worth.sum(axis=0), 1)
+    result: FloatArray = np.sqrt((values**2 * worth).sum(axis=0) / count)
     return result
 
 

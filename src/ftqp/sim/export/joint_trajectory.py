@@ -25,7 +25,7 @@ AT_REST = 1e-6
 """A joint slower than this stands [rad/s or m/s]."""
 
 
-def write_trajectory(rows: LogRows, folder: str | Path, told: Told = silent) -> float:
+def write_trajectory(rows: LogRows, folder: str | Path, notify: Told = silent) -> float:
     """The motion of a run in a new bag with one message, and beside it as ``trajectory.csv``: t, q, v, a."""
     ticks = Ticks(rows)
     if rows.count > MOST_POINTS:
@@ -75,7 +75,7 @@ def write_trajectory(rows: LogRows, folder: str | Path, told: Told = silent) -> 
                 ],
             )
             bag.write(bag.topic(TOPIC, KIND), 0, bag.serialised(message))
-        told(0.5)
+        notify(0.5)
         with (part / CSV_FILE).open("x", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(["t", *(f"{group}.{joint}" for group in "qva" for joint in ticks.joints)])
@@ -83,5 +83,5 @@ def write_trajectory(rows: LogRows, folder: str | Path, told: Told = silent) -> 
             writer.writerows(
                 [t, *row] for t, row in zip(seconds, motion.reshape(len(motion), -1).tolist(), strict=True)
             )
-        told(1.0)
+        notify(1.0)
     return float(np.abs(motion[-1, 1]).max())

@@ -290,7 +290,7 @@ def _integrated(dt: float, level: str) -> tuple[Values, Values]:
 TEXT = "std_msgs/msg/String"
 
 
-def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, told: Told = silent) -> int:
+def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, notify: Told = silent) -> int:
     """All ticks of a run in a new bag, a folder with ``metadata.yaml`` and an MCAP file.
 
     Topics are those of the list above; those of a robot are there where one is given.
@@ -318,7 +318,7 @@ def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, tol
                     bag.write(number, time, data[k].tobytes())
             done += len(block)
             sent += len(block) * len(topics)
-            told(done / rows.count)
+            notify(done / rows.count)
     return sent
 
 

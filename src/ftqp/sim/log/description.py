@@ -215,7 +215,7 @@ def described(event: FaultEvent, robot: Robot) -> dict[str, Any]:
         "joint": robot.joints[index],
         "index": index,
         "at": event.at,
-        "announced": event.told,
+        "announced": event.reported_at,
     }
     for setting in fields(fault):
         if setting.name != "joint":

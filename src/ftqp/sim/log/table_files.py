@@ -79,7 +79,7 @@ def silent(share: float) -> None:
     """Tells nobody."""
 
 
-def write_csv(rows: LogRows, path: str | Path, told: Told = silent) -> None:
+def write_csv(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
     """All signals in a new CSV file: names in the first line, then a line a tick, with every digit."""
     with whole_file(path) as part, part.open("x", newline="", encoding="utf-8") as file:
         whole, done = rows.whole(), 0
@@ -91,10 +91,10 @@ def write_csv(rows: LogRows, path: str | Path, told: Told = silent) -> None:
             )
             writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
             done += len(block)
-            told(done / rows.count)
+            notify(done / rows.count)
 
 
-def write_npz(rows: LogRows, path: str | Path, told: Told = silent) -> None:
+def write_npz(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
     """All signals in a new NPZ file, an array a group: ``q`` is (K, nv), ``t`` is (K,).
 
     ``about`` is a JSON text with the names, units and sentences of the signals of each group, and with the
@@ -112,7 +112,7 @@ def write_npz(rows: LogRows, path: str | Path, told: Told = silent) -> None:
                 np.lib.format.write_array_header_2_0(file, header)
                 for block in rows.blocks():
                     file.write(block[:, places].astype(kind).tobytes())
-            told(done / len(groups))
+            notify(done / len(groups))
         signals = {
             group: [
                 {"name": column.name, "unit": column.unit, "is": column.description}
@@ -125,7 +125,7 @@ def write_npz(rows: LogRows, path: str | Path, told: Told = silent) -> None:
             np.lib.format.write_array(file, np.array(about))
 
 
-def write_mat(rows: LogRows, path: str | Path, told: Told = silent) -> None:
+def write_mat(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
     """All signals in a new MAT file of version 5, a variable a group: ``q`` is (K, nv), ``t`` is (K, 1).
 
     ``signals`` and ``units`` are structs with a cell array of names for each group, and ``metadata`` is the
@@ -151,5 +151,5 @@ def write_mat(rows: LogRows, path: str | Path, told: Told = silent) -> None:
             kind = np.int64 if all(whole[k] for k in places) else np.float64
             empty = np.empty((0, len(places)))
             content[name] = np.concatenate([empty, *(b[:, places] for b in rows.blocks())]).astype(kind)
-            told(done / len(groups))
+            notify(done / len(groups))
         savemat(part, content, appendmat=False, long_field_names=True)

@@ -171,7 +171,7 @@ class Session:
         try:
             self._happen(k)
             for one in self._both:
-                one.think(k)
+                one.plan_step(k)
             if last:
                 self._frame = self._arm.frame(k, None if self._rival is None else self._rival.seen())
             for one in self._both:
@@ -236,11 +236,11 @@ class Session:
         whole = command.joint
         single = not isinstance(whole, str) or whole in self.arms.robot.joints
         joints = [whole] if single else str(whole).split("+")
-        told: float | Literal["never"] | None = "never"
+        reported: float | Literal["never"] | None = "never"
         if self._tell.how in ("at once", "after"):
-            told = command.time + self._tell.delay if self._tell.how == "after" else None
+            reported = command.time + self._tell.delay if self._tell.how == "after" else None
         faults = [self._fault(Break(joint, command.kind, command.settings)) for joint in joints]
-        self._begin(Schedule([FaultEvent(command.time, fault, announced=told) for fault in faults]))
+        self._begin(Schedule([FaultEvent(command.time, fault, announced=reported) for fault in faults]))
 
     def _fault(self, command: Break) -> Fault:
         """The fault of a command, for a joint by name."""
@@ -280,7 +280,7 @@ class Session:
             )
         self._tell = command
         self._telling.clear()
-        for joint in self._arm.untold:
+        for joint in self._arm.unreported:
             if command.how == "at once":
                 self._announce(self._arm.failed[joint])
             elif command.how == "after":

@@ -84,13 +84,13 @@ class RivalArm:
         self._rates = ResolvedRates(robot, beside.planner.dt, rows=rival.rows)
         self._error_rows = [LINEAR.index(row) for row in rival.rows if row in LINEAR]
         self._failed: dict[int, Fault] = {}
-        self._told: set[int] = set()
+        self._reported: set[int] = set()
         self._here = True
 
     def begin(self, q: FloatArray, v: FloatArray) -> None:
         """Tick 0: the healthy arm at (q, v), each (nv,)."""
         self._failed.clear()
-        self._told.clear()
+        self._reported.clear()
         self._start(q, v)
 
     def _start(self, q: FloatArray, v: FloatArray) -> None:
@@ -102,7 +102,7 @@ class RivalArm:
         self._rates.reset(q, v)
         for i, fault in self._failed.items():
             self._plant.fail(fault)
-            if i in self._told:
+            if i in self._reported:
                 self._rates.tell(i)
 
     def fail(self, fault: Fault) -> None:
@@ -114,7 +114,7 @@ class RivalArm:
         """Tell it of a failure; of a joint that is only weaker it can make nothing."""
         if not fault.works:
             i = self._robot.joint(fault.joint)
-            self._told.add(i)
+            self._reported.add(i)
             self._rates.tell(i)
 
     def repair(self, joint: str) -> None:
@@ -122,7 +122,7 @@ class RivalArm:
         i = self._robot.joint(joint)
         self._plant.repair(joint)
         self._failed.pop(i, None)
-        self._told.discard(i)
+        self._reported.discard(i)
         self._rates.repair(i, float(self._plant.q[i]))
 
     @property
@@ -134,7 +134,7 @@ class RivalArm:
             return None
         return "the position of a joint is not a number any more"
 
-    def think(self, k: int) -> None:
+    def plan_step(self, k: int) -> None:
         """Its command at this tick, after the other arm has thought."""
         leader, plant = self._beside.leader, self._beside.plant
         if leader.on_path and not self._here:
@@ -164,5 +164,5 @@ class RivalArm:
             joints=self._drawn.joints(q),
             q=frozen(q.copy()),
             error=float(np.linalg.norm(off[self._error_rows])),
-            told=bool(self._failed) and self._told.issuperset(self._failed),
+            reported=bool(self._failed) and self._reported.issuperset(self._failed),
         )

@@ -178,7 +178,7 @@ class WatchedArm:
         return transform(turn, array(f"target of {task.name}", position, (3,), "(3,)"))
 
     @property
-    def untold(self) -> tuple[str, ...]:
+    def unreported(self) -> tuple[str, ...]:
         """The joints that have failed without the planner's believing it."""
         return tuple(joint for joint in self.failed if joint not in self._player.planner.faults)
 
@@ -209,11 +209,11 @@ class WatchedArm:
         ]
         return " ".join(part for part in said if part)
 
-    def think(self, k: int) -> None:
+    def plan_step(self, k: int) -> None:
         """The planner's step of tick k."""
         if self._going:
             self._carry_things()
-        self._made = self._player.think(k)
+        self._made = self._player.plan_step(k)
 
     def _carry_things(self) -> None:
         """Things of the scene go on to where they were asked to be."""
@@ -236,7 +236,7 @@ class WatchedArm:
         self._player.plant.advance(self._made.step)
 
     def frame(self, k: int, rival: Twin | None = None) -> Frame:
-        """The picture of tick k, beside a rival, between ``think`` and ``move``."""
+        """The picture of tick k, beside a rival, between ``plan_step`` and ``move``."""
         assert self._made is not None
         player, step = self._player, self._made.step
         plant, planner, leader = player.plant, player.planner, player.leader

@@ -66,7 +66,7 @@ def instants(log: Log) -> list[int]:
     times = [fault["at"] for fault in events.faults(log)[:1]]
     stop = events.stop_time(log)
     times += [] if stop is None else [stop]
-    rows = {0, last, *(int(np.searchsorted(t, at - events.TOLD_LATER)) for at in times)}
+    rows = {0, last, *(int(np.searchsorted(t, at - events.REPORTED_LATER)) for at in times)}
     rows = {min(row, last) for row in rows}
     while len(rows) < min(INSTANTS, len(log)):
         ordered = sorted(rows)

@@ -245,7 +245,7 @@ def _result(name: str, error: FloatArray, log: Log) -> str:
 def _first_row(log: Log) -> int:
     """The row of the first failure, or the first."""
     at = min([fault["at"] for fault in events.faults(log)], default=float(log["t"][0]))
-    return min(int(np.searchsorted(log["t"], at - events.TOLD_LATER)), len(log) - 1)
+    return min(int(np.searchsorted(log["t"], at - events.REPORTED_LATER)), len(log) - 1)
 
 
 def _rows(log: Log) -> list[int]:

@@ -161,13 +161,13 @@ def _points(log: Log) -> list[tuple[int, str, str, str, float]]:
     """What is marked on the path: row, colour, label, marker and its size."""
     result = [(0, GREEN, "start", "o", 13.0), (len(log) - 1, ORANGE, "end", "s", 7.0)]
     for at in sorted({fault["at"] for fault in events.faults(log)}):
-        row = min(int(np.searchsorted(log["t"], at - events.TOLD_LATER)), len(log) - 1)
+        row = min(int(np.searchsorted(log["t"], at - events.REPORTED_LATER)), len(log) - 1)
         who = [fault["joint"] for fault in events.faults(log) if fault["at"] == at]
         label = f"{who[0]} fails" if len(who) == 1 else f"{len(who)} joints fail"
         result.append((row, RED, f"{label} ({at:g} s)", "X", 9.0))
     stop = events.stop_time(log)
     if stop is not None:
-        row = int(np.searchsorted(log["t"], stop - events.TOLD_LATER))
+        row = int(np.searchsorted(log["t"], stop - events.REPORTED_LATER))
         result.append((row, "black", "emergency stop", "P", 9.0))
     return result
 

@@ -24,19 +24,19 @@ from ftqp.viz.figures.canvas import (
     decades,
 )  # fmt: skip
 
-TOLD_LATER = 1e-6
+REPORTED_LATER = 1e-6
 """An announcement at least this much after its fault is marked by itself [s]."""
 
 
 def faults(log: Log) -> list[dict[str, Any]]:
     """The faults that happened within the log, first to last."""
     end = float(log["t"][-1]) if len(log) else -1.0
-    return [fault for fault in log.metadata.get("faults", []) if fault["at"] <= end + TOLD_LATER]
+    return [fault for fault in log.metadata.get("faults", []) if fault["at"] <= end + REPORTED_LATER]
 
 
-def told_later(fault: dict[str, Any]) -> bool:
+def reported_later(fault: dict[str, Any]) -> bool:
     """Whether the planner was told, but not at once."""
-    return fault["announced"] is not None and fault["announced"] - fault["at"] > TOLD_LATER
+    return fault["announced"] is not None and fault["announced"] - fault["at"] > REPORTED_LATER
 
 
 def found_at(log: Log) -> list[float]:
@@ -44,13 +44,13 @@ def found_at(log: Log) -> list[float]:
     return [float(found["detected_at"]) for found in log.metadata.get("detections") or ()]
 
 
-def sentence(fault: dict[str, Any], *, told: bool = True) -> str:
+def sentence(fault: dict[str, Any], *, reported: bool = True) -> str:
     """One fault in words, with when the planner is told of it or without."""
-    if not told:
+    if not reported:
         return f"{fault['joint']} {KINDS[fault['kind']].happens} at {fault['at']:g} s"
     if fault["announced"] is None:
         heard = " (never reported)"
-    elif told_later(fault):
+    elif reported_later(fault):
         heard = f" (reported at {fault['announced']:g} s)"
     else:
         heard = ""
@@ -77,7 +77,7 @@ def mark_faults(axes: Axes, log: Log) -> None:
     """Draw when joints fail, and when the planner is told, as vertical lines."""
     for fault in faults(log):
         axes.axvline(fault["at"], color=RED, linewidth=1.2)
-        if told_later(fault):
+        if reported_later(fault):
             axes.axvline(fault["announced"], color=BLUE, linewidth=1.2, linestyle=":")
 
 
@@ -112,9 +112,9 @@ def fault_handles(log: Log, *others: Log) -> list[Line2D]:
     result = []
     if happened:
         alike = all([f["announced"] for f in happened] == [f["announced"] for f in faults(o)] for o in others)
-        label = sentence(happened[0], told=alike) if len(happened) == 1 else _together(happened)
+        label = sentence(happened[0], reported=alike) if len(happened) == 1 else _together(happened)
         result.append(Line2D([], [], color=RED, linewidth=1.2, label=label))
-    if any(told_later(fault) for fault in happened):
+    if any(reported_later(fault) for fault in happened):
         result.append(Line2D([], [], color=BLUE, linewidth=1.2, linestyle=":", label="reported"))
     return result
 
@@ -163,7 +163,7 @@ def draw_runs(axes: Axes, logs: Mapping[str, Log], curves: Sequence[FloatArray])
         curve(axes, log["t"], signal, color=colour, linestyle=style, linewidth=THIN + step * hidden)
         stop = stop_time(log)
         if stop is not None:
-            at = int(np.searchsorted(log["t"], stop - TOLD_LATER))
+            at = int(np.searchsorted(log["t"], stop - REPORTED_LATER))
             axes.plot(stop, signal[at], "o", color=colour, markersize=6.0 + 2.0 * step * hidden, zorder=3)
     axes.set_xlim(*common_span(logs))
     if nested:

@@ -278,8 +278,8 @@ class Scene:
             self._rival_trail.rest()
             return
         _place(self._rival_frames, frame.rival.joints, self._above)
-        if self._named.text != NAMES[frame.rival.told]:
-            self._named.text = NAMES[frame.rival.told]
+        if self._named.text != NAMES[frame.rival.reported]:
+            self._named.text = NAMES[frame.rival.reported]
         tip = frame.rival.joints[-1, :3, 3]
         self._named.position = tip - np.array([0.0, 0.0, 0.07 * self.size])
         self._rival_trail.follow(tip, frame.tick, RIVAL not in self._hidden)

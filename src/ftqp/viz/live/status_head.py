@@ -20,9 +20,9 @@ def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) ->
     facts = [f"{frame.t:.1f} s, {time}", f"error <b>{_length(frame.position_error)}</b>"]
     if frame.rival is not None and frame.truth.any():
         colour = colours.hexadecimal(colours.RIVAL)
-        told = "reported" if frame.rival.told else "not reported"
+        how = "reported" if frame.rival.reported else "not reported"
         facts.append(
-            f'<span style="color:{colour}">resolved rates, {told}: <b>{_length(frame.rival.error)}</b></span>'
+            f'<span style="color:{colour}">resolved rates, {how}: <b>{_length(frame.rival.error)}</b></span>'
         )
     note = f'<div style="color:#8a4b00">{escape(frame.message)}</div>' if frame.message else ""
     return (

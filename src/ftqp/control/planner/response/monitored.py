@@ -109,7 +109,7 @@ class MonitorResponse:
         ]
         self._withdraw(name)
 
-    def told(self, fault: Fault) -> None:
+    def reported(self, fault: Fault) -> None:
         """A user has reported a fault: what becomes of it is the user's."""
         self._loop.forget_finding(self._leader(fault.joint))
 

@@ -162,8 +162,8 @@ class SecurityWatch:
     def _know(self) -> RolloutSetup:
         """What other arms like this one begin with, as it is believed now."""
         scene = self._session.K.scene
-        told = np.array([scene.laid, scene.version]).tobytes() + scene.place.tobytes()
-        belief = self._view.belief + (told if scene.pairs > 0 else b"")
+        scene_state = np.array([scene.laid, scene.version]).tobytes() + scene.place.tobytes()
+        belief = self._view.belief + (scene_state if scene.pairs > 0 else b"")
         if self._what_ifs is None or self._belief != belief:
             self._what_ifs, self._belief = self._make(), belief
             task = self._what_ifs.session.K.task

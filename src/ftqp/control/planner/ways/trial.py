@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
+from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.ways.ways import Ways
@@ -89,8 +89,8 @@ class Trial:
         motion = JointMotion(view, twin.robot, twin.dt, twin.level)
         lead = twin.lead(motion.memory)
         ways = Ways(twin, motion.halt(), places=np.array(places)) if len(places) > 1 else None
-        while ways is not None and ways.is_thinking:
-            ways.think(SLICE)
+        while ways is not None and ways.is_searching:
+            ways.search_step(SLICE)
         (q, v, a), trace, arrives = self._start, [self._start], True
         for brakes in (True, False)[ways is None :]:
             if not brakes:

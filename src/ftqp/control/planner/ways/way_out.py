@@ -5,7 +5,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import HELD, MotionValidity
+from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
@@ -207,7 +207,7 @@ def _round(twin: Any, stand: FloatArray, place: FloatArray) -> FloatArray:
         return place[None]
     ways = Ways(twin, stand, goals=[place], most=ROUND)
     while ways.stage in (WayStage.GROWING, WayStage.SHORTENING):
-        ways.think(SLICE)
+        ways.search_step(SLICE)
     return ways.way[1:] if ways.has_way else place[None]
 
 

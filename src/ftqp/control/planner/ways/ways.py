@@ -5,7 +5,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.passable import HELD
+from ftqp.control.inverse_kinematics.motion_validity import HELD
 from ftqp.control.inverse_kinematics.posture_search import goal_pose, task_rows
 from ftqp.control.planner.joint_motion import LEAST_ACCELERATION
 from ftqp.control.references.jerk_limit import RISE_TIME
@@ -195,14 +195,14 @@ class Ways:
         self.stage = WayStage(int(self.W.stage))
         return self.met is None
 
-    def think(self, looks: int) -> WayStage:
+    def search_step(self, looks: int) -> WayStage:
         """One slice of about so many looks at postures; what is done then."""
-        if self.is_thinking:
-            self.stage = self._session.think(looks)
+        if self.is_searching:
+            self.stage = self._session.search_step(looks)
         return self.stage
 
     @property
-    def is_thinking(self) -> bool:
+    def is_searching(self) -> bool:
         """Whether there is more to think of."""
         return self.stage not in (WayStage.READY, WayStage.NO_WAY)
 
@@ -233,7 +233,7 @@ class Ways:
         return bool(self.W.is_free)
 
     def prove_again(self, table: FloatArray, first: int) -> None:
-        """Prove what is left of a motion anew, from one of its ticks on, by ``think``."""
+        """Prove what is left of a motion anew, from one of its ticks on, by ``search_step``."""
         self._session.prove_again(table, first)
         self.stage = WayStage.PROVING
 

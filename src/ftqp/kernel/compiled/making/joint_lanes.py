@@ -31,7 +31,7 @@ def _is_row(kind: Any, dtype: Any) -> bool:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def several(context: Any, array: Any, at: Any) -> Any:
+def load_lanes(context: Any, array: Any, at: Any) -> Any:
     """Eight numbers of a one-dimensional array of float64, from ``at`` on."""
     if not _is_row(array, types.float64):
         return None
@@ -43,7 +43,7 @@ def several(context: Any, array: Any, at: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def put(context: Any, array: Any, at: Any, lanes: Any) -> Any:
+def store_lanes(context: Any, array: Any, at: Any, lanes: Any) -> Any:
     """Write eight numbers into a one-dimensional array of float64, from ``at`` on."""
     if not _is_row(array, types.float64):
         return None
@@ -86,7 +86,7 @@ def put_either(context: Any, array: Any, at: Any, condition: Any, one: Any, othe
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def below(context: Any, count: Any, at: Any) -> Any:
+def lane_mask(context: Any, count: Any, at: Any) -> Any:
     """Which of the indices at .. at + 7 are below a count."""
 
     def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:

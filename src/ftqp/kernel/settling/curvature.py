@@ -17,7 +17,7 @@ at a half turn it is endless."""
 
 
 @jit
-def weigh_rows(task: Any, kinematics: Any, chain: Any, qp: Any, calm: Any) -> float:
+def weigh_rows(task: Any, kinematics: Any, chain: Any, qp: Any, settling: Any) -> float:
     """Rows and error of the task as its priority weighs them, times 1/sqrt(yielding); e'e.
 
     It needs ``task_rows``, whose A it reads.
@@ -28,17 +28,17 @@ def weigh_rows(task: Any, kinematics: Any, chain: Any, qp: Any, calm: Any) -> fl
         c = task.rows[k]
         w = 1.0 / sqrt(task.yielding[c])
         for i in range(n):
-            calm.A[k, i] = w * qp.A[k, i]
+            settling.A[k, i] = w * qp.A[k, i]
         e = w * task.row_scale[c] * component_of(task, kinematics, c, 0, task.error)
-        calm.e[k] = e
+        settling.e[k] = e
         square += e * e
     return square
 
 
 @jit
-def weighted_error(task: Any, calm: Any) -> None:
+def weighted_error(task: Any, settling: Any) -> None:
     """The error vector along W with only the rows of the task, weighted twice: what S is linear in."""
-    v = calm.weighted
+    v = settling.weighted
     for c in range(6):
         v[c] = 0.0
     for k in range(task.m):
@@ -52,9 +52,9 @@ def weighted_error(task: Any, calm: Any) -> None:
 
 
 @jit
-def spread(chain: Any, calm: Any) -> float:
+def spread(chain: Any, settling: Any) -> float:
     """(tr S^4)^(1/4), no less than the largest |eigenvalue| of S and no more than ||S||_F."""
-    S, n = calm.S, chain.n
+    S, n = settling.S, chain.n
     total = 0.0
     for i in range(n):
         row = S[i]
@@ -116,7 +116,7 @@ def _add_bend_of_axis(faults: Any, task: Any, kinematics: Any, J: Any, S: Any) -
 
 
 @jit
-def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, calm: Any) -> float:
+def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, settling: Any) -> float:
     """Fill S over the joints that work, zero elsewhere; its Frobenius norm s.
 
         position   S_ij = - (z_i x p_j) . e_p for i <= j
@@ -124,10 +124,10 @@ def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, calm: Any) ->
 
     z_i and p_j are columns of the tip's Jacobian; with joints that mimic others it is E'S E. Rows that the
     task leaves out count as without error.
-    Source: docs/theory/calm.md, "The curvature".
+    Source: docs/theory/settling.md, "The curvature".
     """
-    S, J, v = calm.S, columns(kinematics, chain), calm.weighted
-    weighted_error(task, calm)
+    S, J, v = settling.S, columns(kinematics, chain), settling.weighted
+    weighted_error(task, settling)
     for i in range(chain.n):
         for j in range(i + 1):
             S[i, j] = 0.0

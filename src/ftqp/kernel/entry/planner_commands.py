@@ -24,7 +24,7 @@ class ReserveSamples:
         arm = ArmSession(constants)
         if load is not None:
             session = Session(n)
-            Orders(session, arm, {}).carry(load)
+            PlannerCommands(session, arm, {}).carry(load)
         self.rows = np.zeros((len(q), n * (n + 3)))
         self.rows[:, :n], self.rows[:, n : 2 * n] = q, v
         arm.bind("sample_reserve", self.rows, len(q))()
@@ -59,7 +59,7 @@ NO_LOAD = Load(0.0)
 
 
 @final
-class Orders:
+class PlannerCommands:
     """What a planner is told between its steps.
 
     Args:
@@ -94,9 +94,9 @@ class Orders:
         given.body_stoutness = chain.stoutness[body]
         given.body_com[:], given.body_inertia[:] = chain.com[body], chain.inertia[body]
 
-    def on(self, session: Session) -> "Orders":
+    def on(self, session: Session) -> "PlannerCommands":
         """The same for a copy of the planner's session."""
-        other = Orders(session, self._arm, {})
+        other = PlannerCommands(session, self._arm, {})
         other.memory[:] = self.memory
         return other
 
@@ -179,6 +179,6 @@ class Orders:
         addresses = (self.expected.ctypes.data, self._later.ctypes.data, self.target.ctypes.data)
         return found(target, row, left, *addresses)
 
-    def hear(self) -> None:
+    def measure_again(self) -> None:
         """The next tick is measured again."""
         self._session.K.state.unusable = ALL_USABLE

@@ -8,7 +8,7 @@ episode is finished where no stop was latched, the tip ends within 10 mm and 0.1
 healthy joint was more than 2 % beyond its speed limit. With --healthy nothing fails, as friction that nobody
 knows of and circles near singular postures stop arms, too.
 
-    python studies/told_free_joints.py [--quick] [--healthy] [--jobs N] [--out DIR] [--json]
+    python studies/reported_free_joints.py [--quick] [--healthy] [--jobs N] [--out DIR] [--json]
                                                                      needs pip install -e ".[sim,robots]"
 
 Full study: an hour on one core. Results go to ``studies/results`` unless --out says otherwise.
@@ -248,7 +248,7 @@ def _ridden(given: Any) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    parser = study.options(__doc__, "told_free_joints", "xarm7 behind position servos alone")
+    parser = study.options(__doc__, "reported_free_joints", "xarm7 behind position servos alone")
     add = parser.add_argument
     add("--arms", nargs="+", choices=ARMS, default=list(STRANGE), help="which (default ten)")
     add("--drives", nargs="+", choices=DRIVES, default=list(DRIVES), help="which")

@@ -3,18 +3,18 @@
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.calm.curvature import curvature, spread, weigh_rows
-from ftqp.kernel.calm.rest import LEAST
-from ftqp.kernel.calm.trigger import NEAR, exceeds, gram_of_rows, unit_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TARGET_TWIST
 from ftqp.kernel.maths.symmetric_eigen import eigensystem
 from ftqp.kernel.maths.vectors import add_to, times
 from ftqp.kernel.rows.task_rows import tool_axis
+from ftqp.kernel.settling.curvature import curvature, spread, weigh_rows
+from ftqp.kernel.settling.rest import LEAST
+from ftqp.kernel.settling.trigger import NEAR, exceeds, gram_of_rows, unit_of
 
 FLOOR = 0.1
 """Least stiffness of a mode, as a share of what it would be were all signs the same (kappa). Modes between
-rows and curvature become slower with it (docs/theory/calm.md, "Constants")."""
+rows and curvature become slower with it (docs/theory/settling.md, "Constants")."""
 
 SWIVEL = 0.15
 """Least stiffness of a mode that can hardly remove error, as a share of ||S|| (nu), ..."""
@@ -22,62 +22,62 @@ LEAST_SWIVEL = 0.1
 """... lowered to this share of that where the mode can remove ..."""
 REMOVABLE = 0.1
 """... this share of the error or more. The floor keeps the swivels of a straight arm from spinning at full
-speed for tenths of a millimetre (docs/theory/calm.md, "The metric"); all three values are guesses that the
-campaigns have not contradicted."""
+speed for tenths of a millimetre (docs/theory/settling.md, "The metric"); all three values are guesses that
+the campaigns have not contradicted."""
 
 SADDLE = 0.05
 """A mode of less than -SADDLE ||S|| leads away from a saddle; there the kick is this displacement [rad]."""
 LOST = 0.5
 """There is a kick only where at least this share of e'e is lost to the rows. An arm of 30 joints that lagged
-behind by 2 mm was thrown about by its self-motions without it (docs/theory/calm.md, "Saddles"); the half is a
-guess."""
+behind by 2 mm was thrown about by its self-motions without it (docs/theory/settling.md, "Saddles"); the half
+is a guess."""
 
 
 @jit
 def free_joints(K: Any) -> int:
-    """Which working joints can follow the gradient A'e, first in ``calm.free``; how many."""
-    limits, faults, state, task, calm = K.limits, K.faults, K.state, K.task, K.calm
+    """Which working joints can follow the gradient A'e, first in ``settling.free``; how many."""
+    limits, faults, state, task, settling = K.limits, K.faults, K.state, K.task, K.settling
     count, last = 0, faults.working
     for k in range(faults.working):
         i = faults.order[k]
         s = 0.0
         for r in range(task.m):
-            s += calm.A[r, i] * calm.e[r]
-        calm.gradient[i] = s
+            s += settling.A[r, i] * settling.e[r]
+        settling.gradient[i] = s
         near = NEAR * unit_of(task, K.chain, i)
         q = state.q[i]
         if (s > 0.0 and limits.q_max[i] - q < near) or (s < 0.0 and q - limits.q_min[i] < near):
             last -= 1
-            calm.free[last] = i
+            settling.free[last] = i
         else:
-            calm.free[count] = i
+            settling.free[count] = i
             count += 1
     return count
 
 
 @jit
-def _add_modulus(faults: Any, calm: Any) -> None:
+def _add_modulus(faults: Any, settling: Any) -> None:
     """D <- |S| over the joints that work, the matrix absolute value."""
-    w, W, Z, D = faults.working, calm.work, calm.modes, calm.D
+    w, W, Z, D = faults.working, settling.work, settling.modes, settling.D
     for a in range(w):
         i = faults.order[a]
         for b in range(a + 1):
-            W[a, b] = calm.S[i, faults.order[b]]
-    eigensystem(W, w, calm.values, calm.beside, Z)
+            W[a, b] = settling.S[i, faults.order[b]]
+    eigensystem(W, w, settling.values, settling.beside, Z)
     for a in range(w):
         i = faults.order[a]
         for b in range(a + 1):
             j = faults.order[b]
             s = 0.0
             for k in range(w):
-                s += abs(calm.values[k]) * Z[k, a] * Z[k, b]
+                s += abs(settling.values[k]) * Z[k, a] * Z[k, b]
             D[i, j] = D[j, i] = s
 
 
 @jit
-def _gain_of(task: Any, calm: Any, i: int, j: int) -> float:
+def _gain_of(task: Any, settling: Any, i: int, j: int) -> float:
     """(A'A)_ij."""
-    A = calm.A
+    A = settling.A
     s = 0.0
     for k in range(task.m):
         s += A[k, i] * A[k, j]
@@ -85,98 +85,98 @@ def _gain_of(task: Any, calm: Any, i: int, j: int) -> float:
 
 
 @jit
-def _see_singular_directions(task: Any, calm: Any, count: int) -> None:
+def _see_singular_directions(task: Any, settling: Any, count: int) -> None:
     """The squares sigma_k^2 and the left singular vectors, rows of U, of A over the free joints."""
-    gram_of_rows(task, calm, count)
-    eigensystem(calm.G, task.m, calm.squares, calm.beside, calm.U)
+    gram_of_rows(task, settling, count)
+    eigensystem(settling.G, task.m, settling.squares, settling.beside, settling.U)
 
 
 @jit
-def _lost(task: Any, calm: Any, s: float) -> float:
+def _lost(task: Any, settling: Any, s: float) -> float:
     """sum_k phi_k (u_k'e)^2: what of e'e lies where the curvature outweighs the rows, see ``_fade``."""
     m = task.m
     lost = 0.0
     for k in range(m):
-        phi = 1.0 - max(calm.squares[k], 0.0) / s
+        phi = 1.0 - max(settling.squares[k], 0.0) / s
         if phi > 0.0:
             x = 0.0
             for r in range(m):
-                x += calm.U[k, r] * calm.e[r]
+                x += settling.U[k, r] * settling.e[r]
             lost += phi * x * x
     return lost
 
 
 @jit
-def _find_modes(task: Any, calm: Any, count: int) -> None:
-    """The modes mu_k, z_k of (A'A + S)_FF, and (A'A)_FF as ``calm.gains``."""
-    W, G = calm.work, calm.gains
+def _find_modes(task: Any, settling: Any, count: int) -> None:
+    """The modes mu_k, z_k of (A'A + S)_FF, and (A'A)_FF as ``settling.gains``."""
+    W, G = settling.work, settling.gains
     for a in range(count):
-        i = calm.free[a]
+        i = settling.free[a]
         for b in range(a + 1):
-            j = calm.free[b]
-            gain = _gain_of(task, calm, i, j)
+            j = settling.free[b]
+            gain = _gain_of(task, settling, i, j)
             G[a, b] = G[b, a] = gain
-            W[a, b] = gain + calm.S[i, j]
-    eigensystem(W, count, calm.values, calm.beside, calm.modes)
+            W[a, b] = gain + settling.S[i, j]
+    eigensystem(W, count, settling.values, settling.beside, settling.modes)
 
 
 @jit
-def _least_stiffness(calm: Any, count: int, k: int, s: float, square: float) -> float:
+def _least_stiffness(settling: Any, count: int, k: int, s: float, square: float) -> float:
     """max(|mu_k|, nu_k s)."""
-    size, along = abs(calm.values[k]), _slope(calm, count, k)
+    size, along = abs(settling.values[k]), _slope(settling, count, k)
     removable = along * along / (size * square + 1e-300)
     nu = SWIVEL * min(1.0, max(LEAST_SWIVEL, 1.0 - removable / REMOVABLE))
     return max(size, nu * s)
 
 
 @jit
-def _slope(calm: Any, count: int, k: int) -> float:
+def _slope(settling: Any, count: int, k: int) -> float:
     """z_k'A'e."""
     along = 0.0
     for a in range(count):
-        along += calm.modes[k, a] * calm.gradient[calm.free[a]]
+        along += settling.modes[k, a] * settling.gradient[settling.free[a]]
     return along
 
 
 @jit
-def _is_stiff(calm: Any, count: int, s: float, square: float) -> bool:
-    """The stiffness of each mode in ``calm.beside``, where |S| certainly raises none and all joints are free.
+def _is_stiff(settling: Any, count: int, s: float, square: float) -> bool:
+    """Whether |S| certainly raises no mode and all joints are free; ``settling.beside`` has each stiffness.
 
     z'|S|z <= ||S z|| for a unit vector, and z_k'A'A z_k = mu_k - z_k'S z_k.
     """
     for k in range(count):
-        z = calm.modes[k]
+        z = settling.modes[k]
         bend = own = 0.0
         for a in range(count):
-            i = calm.free[a]
+            i = settling.free[a]
             t = 0.0
             for b in range(count):
-                t += calm.S[i, calm.free[b]] * z[b]
+                t += settling.S[i, settling.free[b]] * z[b]
             bend += t * t
             own += z[a] * t
-        least = _least_stiffness(calm, count, k, s, square)
-        if FLOOR * (calm.values[k] - own + sqrt(bend)) > least:
+        least = _least_stiffness(settling, count, k, s, square)
+        if FLOOR * (settling.values[k] - own + sqrt(bend)) > least:
             return False
-        calm.beside[k] = least
+        settling.beside[k] = least
     return True
 
 
 @jit
-def _stiffen(calm: Any, count: int, s: float, square: float) -> None:
+def _stiffen(settling: Any, count: int, s: float, square: float) -> None:
     """The same of any arm, from D = |S|."""
     for k in range(count):
-        z = calm.modes[k]
+        z = settling.modes[k]
         stiff = 0.0
         for a in range(count):
             t = 0.0
             for b in range(count):
-                t += (calm.gains[a, b] + calm.D[calm.free[a], calm.free[b]]) * z[b]
+                t += (settling.gains[a, b] + settling.D[settling.free[a], settling.free[b]]) * z[b]
             stiff += z[a] * t
-        calm.beside[k] = max(_least_stiffness(calm, count, k, s, square), FLOOR * stiff)
+        settling.beside[k] = max(_least_stiffness(settling, count, k, s, square), FLOOR * stiff)
 
 
 @jit
-def _newton_metric(faults: Any, task: Any, calm: Any, count: int, s: float, square: float) -> None:
+def _newton_metric(faults: Any, task: Any, settling: Any, count: int, s: float, square: float) -> None:
     """D <- P - A'A, and the kick.
 
         P_FF = Z diag(max(|mu_k|, FLOOR z_k'(A'A + |S|)z_k, nu_k s)) Z',  P_BB = (A'A + |S|)_BB,  P_FB = 0
@@ -186,40 +186,40 @@ def _newton_metric(faults: Any, task: Any, calm: Any, count: int, s: float, squa
     SADDLE |mu_k|, the gradient along z_k becomes that, in its own direction; not for a last millimetre, nor
     while the rows can remove most of the error themselves. It needs ``_see_singular_directions``.
     """
-    D, Z = calm.D, calm.modes
+    D, Z = settling.D, settling.modes
     whole = count == faults.working
     if whole:
-        _find_modes(task, calm, count)
-    if not whole or not _is_stiff(calm, count, s, square):
-        _add_modulus(faults, calm)
-        _find_modes(task, calm, count)
-        _stiffen(calm, count, s, square)
-    stuck = square > LEAST and _lost(task, calm, s) >= LOST * square
+        _find_modes(task, settling, count)
+    if not whole or not _is_stiff(settling, count, s, square):
+        _add_modulus(faults, settling)
+        _find_modes(task, settling, count)
+        _stiffen(settling, count, s, square)
+    stuck = square > LEAST and _lost(task, settling, s) >= LOST * square
     if stuck:
         for k in range(count):
-            mu, along = calm.values[k], _slope(calm, count, k)
+            mu, along = settling.values[k], _slope(settling, count, k)
             size = abs(mu)
             if mu < -SADDLE * s and abs(along) < SADDLE * size:
-                _kick(calm, count, k, along, SADDLE * size)
+                _kick(settling, count, k, along, SADDLE * size)
     for a in range(count):
-        i = calm.free[a]
+        i = settling.free[a]
         for b in range(a + 1):
-            j = calm.free[b]
-            t = -calm.gains[a, b]
+            j = settling.free[b]
+            t = -settling.gains[a, b]
             for k in range(count):
-                t += calm.beside[k] * Z[k, a] * Z[k, b]
+                t += settling.beside[k] * Z[k, a] * Z[k, b]
             D[i, j] = D[j, i] = t
     for a in range(count):
-        i = calm.free[a]
+        i = settling.free[a]
         for b in range(count, faults.working):
-            j = calm.free[b]
-            D[i, j] = D[j, i] = -_gain_of(task, calm, i, j)
+            j = settling.free[b]
+            D[i, j] = D[j, i] = -_gain_of(task, settling, i, j)
 
 
 @jit
-def _kick(calm: Any, count: int, mode: int, along: float, size: float) -> None:
+def _kick(settling: Any, count: int, mode: int, along: float, size: float) -> None:
     """Add to the kick what makes the gradient along a mode as large as ``size``."""
-    z = calm.modes[mode]
+    z = settling.modes[mode]
     sign = 1.0 if along > 0.0 else -1.0
     if along == 0.0:
         largest = 0.0
@@ -228,11 +228,11 @@ def _kick(calm: Any, count: int, mode: int, along: float, size: float) -> None:
                 largest = z[a]
         sign = 1.0 if largest > 0.0 else -1.0
     for a in range(count):
-        calm.kick[calm.free[a]] += (sign * size - along) * z[a]
+        settling.kick[settling.free[a]] += (sign * size - along) * z[a]
 
 
 @jit
-def _fade(faults: Any, task: Any, calm: Any, count: int, s: float) -> None:
+def _fade(faults: Any, task: Any, settling: Any, count: int, s: float) -> None:
     """D <- psi T D T and kick <- psi T kick: the metric is there only where it is needed.
 
         T = 1 - sum_k (1 - sqrt(phi_k)) v_k v_k',  phi_k = max(0, 1 - sigma_k^2/s),
@@ -240,38 +240,38 @@ def _fade(faults: Any, task: Any, calm: Any, count: int, s: float) -> None:
 
     sigma_k and v_k are those of A over the free joints.
     """
-    m, w, D, U = task.m, faults.working, calm.D, calm.U
-    least = calm.squares[0]
+    m, w, D, U = task.m, faults.working, settling.D, settling.U
+    least = settling.squares[0]
     for k in range(m):
-        square = max(calm.squares[k], 0.0)
+        square = max(settling.squares[k], 0.0)
         least = min(least, square)
         phi = max(0.0, 1.0 - square / s)
         t = 1.0 - sqrt(phi)
         if t <= 0.0 or square <= 0.0:
             continue
-        v, inverse = calm.direction, 1.0 / sqrt(square)
+        v, inverse = settling.direction, 1.0 / sqrt(square)
         for a in range(w):
             v[faults.order[a]] = 0.0
         for a in range(count):
-            i = calm.free[a]
+            i = settling.free[a]
             x = 0.0
             for r in range(m):
-                x += U[k, r] * calm.A[r, i]
+                x += U[k, r] * settling.A[r, i]
             v[i] = x * inverse
-        _project(faults, calm, t)
+        _project(faults, settling, t)
     psi = max(0.0, 1.0 - max(least, 0.0) / s)
-    calm.psi = psi
+    settling.psi = psi
     for a in range(w):
         i = faults.order[a]
-        calm.kick[i] *= psi
+        settling.kick[i] *= psi
         for b in range(w):
             D[i, faults.order[b]] *= psi
 
 
 @jit
-def _project(faults: Any, calm: Any, t: float) -> None:
+def _project(faults: Any, settling: Any, t: float) -> None:
     """D <- (1 - t v v') D (1 - t v v') and kick <- (1 - t v v') kick with the unit vector ``direction``."""
-    w, D, v, y = faults.working, calm.D, calm.direction, calm.beside
+    w, D, v, y = faults.working, settling.D, settling.direction, settling.beside
     twice = kicked = 0.0
     for a in range(w):
         i = faults.order[a]
@@ -281,10 +281,10 @@ def _project(faults: Any, calm: Any, t: float) -> None:
             x += D[i, j] * v[j]
         y[i] = x
         twice += v[i] * x
-        kicked += v[i] * calm.kick[i]
+        kicked += v[i] * settling.kick[i]
     for a in range(w):
         i = faults.order[a]
-        calm.kick[i] -= t * kicked * v[i]
+        settling.kick[i] -= t * kicked * v[i]
         for b in range(w):
             j = faults.order[b]
             D[i, j] += t * (t * twice * v[i] * v[j] - y[i] * v[j] - v[i] * y[j])
@@ -295,27 +295,27 @@ def find_metric(K: Any, s: float, square: float) -> int:
     """D and the kick for a curvature of norm s and an error of ``square`` e'e: how many joints are free.
 
     -1 when D = 0, because no eigenvalue of S is larger than sigma_min^2 over the free joints: first by s.
-    Source: docs/theory/calm.md, "The metric".
+    Source: docs/theory/settling.md, "The metric".
     """
     count = free_joints(K)
     if count >= K.task.m:
-        gram_of_rows(K.task, K.calm, count)
-        if exceeds(K.task, K.calm, s):
+        gram_of_rows(K.task, K.settling, count)
+        if exceeds(K.task, K.settling, s):
             return -1
-        gram_of_rows(K.task, K.calm, count)
-        if exceeds(K.task, K.calm, spread(K.chain, K.calm)):
+        gram_of_rows(K.task, K.settling, count)
+        if exceeds(K.task, K.settling, spread(K.chain, K.settling)):
             return -1
     for i in range(K.chain.n):
-        K.calm.kick[i] = 0.0
+        K.settling.kick[i] = 0.0
         for j in range(K.chain.n):
-            K.calm.D[i, j] = 0.0
-    K.calm.psi = 1.0
+            K.settling.D[i, j] = 0.0
+    K.settling.psi = 1.0
     if count == 0:
-        _add_modulus(K.faults, K.calm)
+        _add_modulus(K.faults, K.settling)
     else:
-        _see_singular_directions(K.task, K.calm, count)
-        _newton_metric(K.faults, K.task, K.calm, count, s, square)
-        _fade(K.faults, K.task, K.calm, count, s)
+        _see_singular_directions(K.task, K.settling, count)
+        _newton_metric(K.faults, K.task, K.settling, count, s, square)
+        _fade(K.faults, K.task, K.settling, count, s)
     return count
 
 
@@ -333,25 +333,25 @@ arms that stand stretched out, where no way leads on, have curvatures down to th
 
 
 @jit
-def _seek_null_space(task: Any, calm: Any, count: int) -> int:
-    """Rows 0..k-1 of ``calm.modes``: the self-motions of the free joints; k."""
-    A, W, Z = calm.A, calm.work, calm.modes
+def _seek_null_space(task: Any, settling: Any, count: int) -> int:
+    """Rows 0..k-1 of ``settling.modes``: the self-motions of the free joints; k."""
+    A, W, Z = settling.A, settling.work, settling.modes
     edge = (SINGULAR * task.length) ** 2
     for a in range(count):
         for b in range(a + 1):
-            W[a, b] = W[b, a] = _gain_of(task, calm, calm.free[a], calm.free[b])
-    eigensystem(W, count, calm.values, calm.beside, Z)
+            W[a, b] = W[b, a] = _gain_of(task, settling, settling.free[a], settling.free[b])
+    eigensystem(W, count, settling.values, settling.beside, Z)
     null = 0
     for j in range(count):
-        if calm.values[j] > edge:
+        if settling.values[j] > edge:
             along = 0.0
             for k in range(task.m):
-                calm.b[k] = 0.0
+                settling.b[k] = 0.0
                 for a in range(count):
-                    calm.b[k] += A[k, calm.free[a]] * Z[j, a]
-                along += calm.b[k] * calm.e[k]
+                    settling.b[k] += A[k, settling.free[a]] * Z[j, a]
+                along += settling.b[k] * settling.e[k]
             for k in range(task.m):
-                calm.e[k] -= along * calm.b[k] / calm.values[j]
+                settling.e[k] -= along * settling.b[k] / settling.values[j]
         else:
             for a in range(count):
                 z = Z[j, a]
@@ -362,13 +362,13 @@ def _seek_null_space(task: Any, calm: Any, count: int) -> int:
 
 
 @jit
-def _take_for_error(task: Any, kinematics: Any, calm: Any, scale: float) -> None:
-    """The error along W whose weighted rows are ``scale`` times ``calm.e``."""
+def _take_for_error(task: Any, kinematics: Any, settling: Any, scale: float) -> None:
+    """The error along W whose weighted rows are ``scale`` times ``settling.e``."""
     for c in range(6):
         task.error[c] = 0.0
     for k in range(task.m):
         c = task.rows[k]
-        x = scale * calm.e[k] * sqrt(task.yielding[c]) / task.row_scale[c]
+        x = scale * settling.e[k] * sqrt(task.yielding[c]) / task.row_scale[c]
         if c < 3 or not task.tool_rows:
             task.error[c] = x
             continue
@@ -377,72 +377,72 @@ def _take_for_error(task: Any, kinematics: Any, calm: Any, scale: float) -> None
 
 @jit
 def _lowest(
-    faults: Any, task: Any, kinematics: Any, chain: Any, calm: Any, path: Any, count: int, null: int
+    faults: Any, task: Any, kinematics: Any, chain: Any, settling: Any, path: Any, count: int, null: int
 ) -> float:
     """The least curvature along a self-motion over ||S||, and that motion as ``path.way``."""
-    S, N, W, Z = calm.S, calm.modes, calm.gains, calm.work
-    s = curvature(faults, task, kinematics, chain, calm)
+    S, N, W, Z = settling.S, settling.modes, settling.gains, settling.work
+    s = curvature(faults, task, kinematics, chain, settling)
     if not s > 0.0:
         return 0.0
     for k in range(null):
         for a in range(count):
             x = 0.0
             for b in range(count):
-                x += S[calm.free[a], calm.free[b]] * N[k, b]
-            calm.beside[a] = x
+                x += S[settling.free[a], settling.free[b]] * N[k, b]
+            settling.beside[a] = x
         for j in range(k + 1):
             x = 0.0
             for a in range(count):
-                x += N[j, a] * calm.beside[a]
+                x += N[j, a] * settling.beside[a]
             W[k, j] = W[j, k] = x
-    eigensystem(W, null, calm.values, calm.beside, Z)
+    eigensystem(W, null, settling.values, settling.beside, Z)
     at, least = 0, inf
     for k in range(null):
-        if calm.values[k] < least:
-            at, least = k, calm.values[k]
+        if settling.values[k] < least:
+            at, least = k, settling.values[k]
     for i in range(chain.n):
-        calm.direction[i] = 0.0
+        settling.direction[i] = 0.0
     for a in range(count):
         x = 0.0
         for k in range(null):
             x += Z[at, k] * N[k, a]
-        calm.direction[calm.free[a]] = x
+        settling.direction[settling.free[a]] = x
     return least / s
 
 
 @jit
-def _draw(state: Any, task: Any, chain: Any, calm: Any, path: Any) -> None:
+def _draw(state: Any, task: Any, chain: Any, settling: Any, path: Any) -> None:
     """Draw the joints along the way that was found, to the side to which they are drawn or move already."""
     kept = moving = largest = 0.0
     for i in range(chain.n):
-        x = calm.direction[i]
+        x = settling.direction[i]
         kept += x * path.drive[i]
         moving += x * state.v[i]
         largest = max(largest, abs(x))
     side = kept if path.found else moving
     size = (path.speed if side >= 0.0 else -path.speed) / max(largest, 1e-300)
     for i in range(chain.n):
-        path.drive[i] = size * unit_of(task, chain, i) * calm.direction[i]
+        path.drive[i] = size * unit_of(task, chain, i) * settling.direction[i]
     path.found = path.driven = 1
 
 
 @jit
 def _see_saddle(K: Any, path: Any) -> bool:
     """Whether the tangent of the path, which stands in ``task.error``, is lost but for a self-motion."""
-    task, calm = K.task, K.calm
-    size = sqrt(weigh_rows(task, K.kinematics, K.chain, K.qp, calm))
+    task, settling = K.task, K.settling
+    size = sqrt(weigh_rows(task, K.kinematics, K.chain, K.qp, settling))
     if not size > 0.0:
         return False
     count = free_joints(K)
-    null = _seek_null_space(task, calm, count)
+    null = _seek_null_space(task, settling, count)
     lost = 0.0
     for k in range(task.m):
-        lost += calm.e[k] * calm.e[k]
+        lost += settling.e[k] * settling.e[k]
     lost = sqrt(lost)
     if null == 0 or not lost > NOTICEABLE * size:
         return False
-    _take_for_error(task, K.kinematics, calm, AHEAD * task.length / lost)
-    return _lowest(K.faults, task, K.kinematics, K.chain, calm, path, count, null) < -WAY_ON
+    _take_for_error(task, K.kinematics, settling, AHEAD * task.length / lost)
+    return _lowest(K.faults, task, K.kinematics, K.chain, settling, path, count, null) < -WAY_ON
 
 
 @part_jit
@@ -455,7 +455,7 @@ def outlook(K: Any, path: Any) -> None:
     ``task_rows``.
     Source: docs/theory/path-progress.md, "Stalls".
     """
-    if path.speed == 0.0 or not K.calm.on:
+    if path.speed == 0.0 or not K.settling.on:
         path.found = 0
         return
     task = K.task
@@ -463,7 +463,7 @@ def outlook(K: Any, path: Any) -> None:
         path.kept[c] = task.error[c]
         task.error[c] = task.target[TARGET_TWIST + c]
     if _see_saddle(K, path):
-        _draw(K.state, task, K.chain, K.calm, path)
+        _draw(K.state, task, K.chain, K.settling, path)
     else:
         path.found = 0
     for c in range(6):

@@ -52,7 +52,7 @@ class Run:
 
     @property
     def holding(self):
-        return bool(self.planner.session().K.calm.holding)
+        return bool(self.planner.session().K.settling.holding)
 
     @property
     def error(self):

@@ -1,16 +1,16 @@
-"""Whether the error left can matter beside the singular values: what a regular tick pays for calm."""
+"""Whether the error left can matter beside the singular values: what a regular tick pays for settling."""
 
 from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import columns, spread_by
-from ftqp.kernel.calm.curvature import weigh_rows, weighted_error
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.maths.elementary import select, smaller, sqrt
 from ftqp.kernel.maths.linear_systems import factor
-from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, numbers, several, sum_of
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, lane_mask, load_lanes, numbers, sum_of
 from ftqp.kernel.maths.symmetric_eigen import extreme_eigenvalues
 from ftqp.kernel.maths.vectors import column, cross, length, three, three_from
+from ftqp.kernel.settling.curvature import weigh_rows, weighted_error
 
 NEAR = 0.01
 """A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""
@@ -19,7 +19,7 @@ STEP = 0.05
 looked at anew, ..."""
 WORN = 0.9
 """... only where the bound has fallen below this share of what was seen. Both cost time only, because the
-bound holds whatever they are (docs/theory/calm.md, "What a regular tick pays")."""
+bound holds whatever they are (docs/theory/settling.md, "What a regular tick pays")."""
 
 
 @jit
@@ -37,24 +37,24 @@ def room_to_limit(state: Any, limits: Any, task: Any, chain: Any, i: int) -> Any
 
 
 @jit
-def gram_of_rows(task: Any, calm: Any, count: int) -> None:
-    """G <- A A' of the weighted rows over the columns ``calm.free[:count]``, its lower part."""
-    A, G = calm.A, calm.G
+def gram_of_rows(task: Any, settling: Any, count: int) -> None:
+    """G <- A A' of the weighted rows over the columns ``settling.free[:count]``, its lower part."""
+    A, G = settling.A, settling.G
     for a in range(task.m):
         for b in range(a + 1):
             s = 0.0
             for c in range(count):
-                i = calm.free[c]
+                i = settling.free[c]
                 s += A[a, i] * A[b, i]
             G[a, b] = s
 
 
 @jit
-def exceeds(task: Any, calm: Any, s: float) -> bool:
+def exceeds(task: Any, settling: Any, s: float) -> bool:
     """Whether sigma_min^2 >= s, exactly when A A' - s 1 has a Cholesky factor; it takes ``gram_of_rows``."""
     for k in range(task.m):
-        calm.G[k, k] -= s
-    return factor(calm.G, task.m)
+        settling.G[k, k] -= s
+    return factor(settling.G, task.m)
 
 
 @jit
@@ -68,7 +68,7 @@ def largest_curvature(task: Any, kinematics: Any, chain: Any) -> Any:
     J, n = columns(kinematics, chain), chain.n
     ways = 0.0
     for at in range(0, n, WIDTH):
-        x, y, z = several(J[0], at), several(J[1], at), several(J[2], at)
+        x, y, z = load_lanes(J[0], at), load_lanes(J[1], at), load_lanes(J[2], at)
         ways = ways + (1.0 + numbers(at)) * (x * x + y * y + z * z)
     linear = task.position_error / task.yielding[0] * sqrt(2.0 * sum_of(ways))
     weight, angle = task.length * task.length / task.yielding[3], task.rotation_error
@@ -78,15 +78,15 @@ def largest_curvature(task: Any, kinematics: Any, chain: Any) -> Any:
 
 
 @jit
-def curvature_bound(task: Any, kinematics: Any, chain: Any, calm: Any) -> float:
+def curvature_bound(task: Any, kinematics: Any, chain: Any, settling: Any) -> float:
     """No less than ||S||_F and hardly more, in a number of operations that grows with n; needs the Jacobian.
 
     With c_j = p_j x v_p and g_j = c_j + z_j x v_r/2, v the error weighted twice, S_jj = -z_j . c_j, and
     S_ij = -z_i . g_j for i < j, so that the squares of column j sum up to g_j'(sum_(i<j) z_i z_i')g_j. How
     the rotation's own measure bends is bounded as in ``largest_curvature``.
     """
-    J, v, n = columns(kinematics, chain), calm.weighted, chain.n
-    weighted_error(task, calm)
+    J, v, n = columns(kinematics, chain), settling.weighted, chain.n
+    weighted_error(task, settling)
     Z0 = Z1 = Z2 = Z3 = Z4 = Z5 = 0.0  # xx xy xz yy yz zz
     beside = diagonal = 0.0
     for j in range(n):
@@ -107,15 +107,15 @@ def curvature_bound(task: Any, kinematics: Any, chain: Any, calm: Any) -> float:
 
 
 @jit
-def _moved(state: Any, faults: Any, task: Any, chain: Any, calm: Any) -> float:
+def _moved(state: Any, faults: Any, task: Any, chain: Any, settling: Any) -> float:
     """How far the joints have moved in sum since sigma_min was looked at; inf when that is too long ago."""
-    if calm.seen_working != faults.working:
+    if settling.seen_working != faults.working:
         return inf
     moved = 0.0
     for at in range(0, chain.n, WIDTH):
         unit = select(is_set(chain.prismatic, at), task.length, 1.0)
-        step = abs(several(state.q, at) - several(calm.q_seen, at)) / unit
-        step = select(below(chain.n, at) & ~is_set(faults.code, at), step, 0.0)
+        step = abs(load_lanes(state.q, at) - load_lanes(settling.q_seen, at)) / unit
+        step = select(lane_mask(chain.n, at) & ~is_set(faults.code, at), step, 0.0)
         if not all_of(step < STEP):
             return inf
         moved += sum_of(step)
@@ -125,7 +125,7 @@ def _moved(state: Any, faults: Any, task: Any, chain: Any, calm: Any) -> float:
 @rare_jit
 def measure_arm(K: Any) -> None:
     """The largest distance from a joint to the tip, and how fast the rows change with the joints."""
-    chain, limits, task, calm = K.chain, K.limits, K.task, K.calm
+    chain, limits, task, settling = K.chain, K.limits, K.task, K.settling
     reach = length(three(chain.tip_translation))
     least = 0.0
     for i in range(chain.n):
@@ -133,31 +133,33 @@ def measure_arm(K: Any) -> None:
         if chain.prismatic[i]:
             reach += max(abs(limits.q_min[i]), abs(limits.q_max[i]))
             least = 1.0  # the column of a joint that slides
-    calm.reach = max(reach, least)
+    settling.reach = max(reach, least)
     weight = min(task.yielding[0], task.yielding[3])
-    calm.lipschitz = sqrt(chain.n * (calm.reach * calm.reach + task.length * task.length) / weight)
+    settling.lipschitz = sqrt(
+        chain.n * (settling.reach * settling.reach + task.length * task.length) / weight
+    )
 
 
 @rare_jit
 def _look(K: Any) -> float:
     """sigma_min over the joints that stay away from their limits while none moves by more than STEP."""
-    faults, state, calm = K.faults, K.state, K.calm
+    faults, state, settling = K.faults, K.state, K.settling
     measure_arm(K)
     count = 0
     for k in range(faults.working):
         i = faults.order[k]
-        calm.q_seen[i] = state.q[i]
+        settling.q_seen[i] = state.q[i]
         if room_to_limit(state, K.limits, K.task, K.chain, i) > NEAR + STEP:
-            calm.free[count] = i
+            settling.free[count] = i
             count += 1
-    calm.seen_working = faults.working
-    calm.sigma_seen = 0.0
+    settling.seen_working = faults.working
+    settling.sigma_seen = 0.0
     if count >= K.task.m:
-        weigh_rows(K.task, K.kinematics, K.chain, K.qp, calm)
-        gram_of_rows(K.task, calm, count)
-        least, _ = extreme_eigenvalues(calm.G, K.task.m, calm.values, calm.beside)
-        calm.sigma_seen = sqrt(max(least, 0.0))
-    return calm.sigma_seen
+        weigh_rows(K.task, K.kinematics, K.chain, K.qp, settling)
+        gram_of_rows(K.task, settling, count)
+        least, _ = extreme_eigenvalues(settling.G, K.task.m, settling.values, settling.beside)
+        settling.sigma_seen = sqrt(max(least, 0.0))
+    return settling.sigma_seen
 
 
 @jit
@@ -168,14 +170,14 @@ def is_regular(K: Any) -> bool:
     then; between, it is known to have changed by no more than sqrt(reach^2 + L^2) times what the joints have
     moved.
     """
-    moved, seen = _moved(K.state, K.faults, K.task, K.chain, K.calm), K.calm.sigma_seen
+    moved, seen = _moved(K.state, K.faults, K.task, K.chain, K.settling), K.settling.sigma_seen
     least = most = inf
     if moved < inf:
-        change = K.calm.lipschitz * moved
+        change = K.settling.lipschitz * moved
         least, most = seen - change, seen + change
         if least > 0.0 and largest_curvature(K.task, K.kinematics, K.chain) < least * least:
             return True
-    bend = curvature_bound(K.task, K.kinematics, K.chain, K.calm)
+    bend = curvature_bound(K.task, K.kinematics, K.chain, K.settling)
     if moved < inf:
         if least > 0.0 and bend < least * least:
             return True

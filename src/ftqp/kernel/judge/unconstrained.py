@@ -14,7 +14,15 @@ from ftqp.kernel.active_set.active_set import REFINEMENTS
 from ftqp.kernel.active_set.working_set import DEPENDENT, REFINE_FROM
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.elementary import any_of, larger, select
-from ftqp.kernel.maths.side_by_side import WIDTH, below, is_set, largest_of, put, several, sum_of
+from ftqp.kernel.maths.side_by_side import (
+    WIDTH,
+    is_set,
+    lane_mask,
+    largest_of,
+    load_lanes,
+    store_lanes,
+    sum_of,
+)
 
 
 @jit
@@ -22,22 +30,22 @@ def _minimise_free(faults: Any, chain: Any, qp: Any) -> bool:
     """H^-1, zero for a joint that has failed, and x_free; whether H > 0."""
     n = chain.n
     for at in range(0, chain.n, WIDTH):
-        inside = below(n, at)
+        inside = lane_mask(n, at)
         held = is_set(faults.code, at) | ~inside
-        H = select(held, 1.0, several(qp.H_diagonal, at))
+        H = select(held, 1.0, load_lanes(qp.H_diagonal, at))
         if any_of(~(H > 0.0)):
             return False
         inverse = select(held, 0.0, 1.0 / H)
-        fixed = select(inside, several(qp.lb, at), 0.0)
-        put(qp.inverse, at, inverse)
-        put(qp.x_free, at, select(held, fixed, -several(qp.g, at) * inverse))
+        fixed = select(inside, load_lanes(qp.lb, at), 0.0)
+        store_lanes(qp.inverse, at, inverse)
+        store_lanes(qp.x_free, at, select(held, fixed, -load_lanes(qp.g, at) * inverse))
     return True
 
 
 @jit
 def _is(joint: int, at: int) -> Any:
     """Which of the joints at .. at + 7 is the one."""
-    return below(joint + 1, at) & ~below(joint, at)
+    return lane_mask(joint + 1, at) & ~lane_mask(joint, at)
 
 
 @jit
@@ -47,21 +55,21 @@ def _invert(faults: Any, chain: Any, qp: Any) -> bool:
     for i in range(n):
         works = 0.0 if faults.code[i] else 1.0
         for at in range(0, n, WIDTH):
-            row = select(is_set(faults.code, at) | ~below(n, at), 0.0, works * several(qp.H[i], at))
-            put(S[i], at, select(_is(i, at), row + (1.0 - works), row))
+            row = select(is_set(faults.code, at) | ~lane_mask(n, at), 0.0, works * load_lanes(qp.H[i], at))
+            store_lanes(S[i], at, select(_is(i, at), row + (1.0 - works), row))
     for k in range(n):  # Gauss and Jordan, who need no pivots for H > 0, in whole blocks
         pivot = S[k, k]
         if not pivot > 0.0:
             return False
         inverse = 1.0 / pivot
         for at in range(0, n, WIDTH):
-            put(S[k], at, inverse * select(_is(k, at), 1.0, several(S[k], at)))
+            store_lanes(S[k], at, inverse * select(_is(k, at), 1.0, load_lanes(S[k], at)))
         for i in range(n):
             if i != k:
                 f = S[i, k]
                 for at in range(0, n, WIDTH):
-                    row = select(_is(k, at), 0.0, several(S[i], at))
-                    put(S[i], at, row - f * several(S[k], at))
+                    row = select(_is(k, at), 0.0, load_lanes(S[i], at))
+                    store_lanes(S[i], at, row - f * load_lanes(S[k], at))
     return True
 
 
@@ -70,10 +78,10 @@ def _times_inverse(chain: Any, qp: Any, x: Any, y: Any) -> None:
     """y <- H^-1 x."""
     n = chain.n
     for at in range(0, n, WIDTH):
-        s = several(x, at) * 0.0
+        s = load_lanes(x, at) * 0.0
         for j in range(n):
-            s = s + x[j] * several(qp.L_H[j], at)
-        put(y, at, s)
+            s = s + x[j] * load_lanes(qp.L_H[j], at)
+        store_lanes(y, at, s)
 
 
 @jit
@@ -86,10 +94,10 @@ def _minimise_free_dense(faults: Any, chain: Any, qp: Any) -> bool:
         if faults.code[i]:
             qp.scratch[i] = qp.lb[i]
             continue
-        s = several(qp.g, 0) * 0.0
+        s = load_lanes(qp.g, 0) * 0.0
         for at in range(0, n, WIDTH):
-            held = is_set(faults.code, at) & below(n, at)
-            s = s + select(held, several(qp.H[i], at) * several(qp.lb, at), 0.0)
+            held = is_set(faults.code, at) & lane_mask(n, at)
+            s = s + select(held, load_lanes(qp.H[i], at) * load_lanes(qp.lb, at), 0.0)
         qp.scratch[i] = -qp.g[i] - sum_of(s)
     _times_inverse(chain, qp, qp.scratch, qp.x_free)
     return True
@@ -101,22 +109,24 @@ def _pose_dual(faults: Any, chain: Any, qp: Any) -> None:
     width = chain.n
     for k in range(qp.meq):
         row, V, G = qp.A[k], qp.V[k], qp.G[k]
-        t = several(row, 0) * 0.0
+        t = load_lanes(row, 0) * 0.0
         if qp.dense:
             _times_inverse(chain, qp, row, V)
         for at in range(0, width, WIDTH):
-            a = several(row, at)
+            a = load_lanes(row, at)
             if qp.dense:
-                put(V, at, select(is_set(faults.code, at) | ~below(width, at), 0.0, several(V, at)))
+                store_lanes(
+                    V, at, select(is_set(faults.code, at) | ~lane_mask(width, at), 0.0, load_lanes(V, at))
+                )
             else:
-                put(V, at, a * several(qp.inverse, at))
-            t = t + a * several(qp.x_free, at)
+                store_lanes(V, at, a * load_lanes(qp.inverse, at))
+            t = t + a * load_lanes(qp.x_free, at)
         qp.t[k] = qp.b[k] - sum_of(t)
         for j in range(k + 1):
             other = qp.A[j]
-            s = several(V, 0) * several(other, 0)
+            s = load_lanes(V, 0) * load_lanes(other, 0)
             for at in range(WIDTH, width, WIDTH):
-                s = s + several(V, at) * several(other, at)
+                s = s + load_lanes(V, at) * load_lanes(other, at)
             G[j] = sum_of(s)
         G[k] += qp.soft[k]
 
@@ -221,10 +231,10 @@ def _solve(qp: Any, x: Any) -> None:
 def _add(chain: Any, qp: Any, x: Any, lam: Any) -> None:
     """qp.x <- x + H^-1 A' lam."""
     for at in range(0, chain.n, WIDTH):
-        s = several(x, at)
+        s = load_lanes(x, at)
         for k in range(qp.meq):
-            s = s + lam[k] * several(qp.V[k], at)
-        put(qp.x, at, s)
+            s = s + lam[k] * load_lanes(qp.V[k], at)
+        store_lanes(qp.x, at, s)
 
 
 @jit
@@ -233,9 +243,9 @@ def _left(task: Any, cascade: Any, chain: Any, qp: Any) -> float:
     worst = size = 0.0
     for k in range(qp.meq):
         row = qp.A[k]
-        t = several(row, 0) * several(qp.x, 0)
+        t = load_lanes(row, 0) * load_lanes(qp.x, 0)
         for at in range(WIDTH, chain.n, WIDTH):
-            t = t + several(row, at) * several(qp.x, at)
+            t = t + load_lanes(row, at) * load_lanes(qp.x, at)
         s = sum_of(t)
         task.slack[k] = s - task.asked[k]
         r = qp.b[k] - s - qp.soft[k] * qp.lam[k]
@@ -248,25 +258,25 @@ def _left(task: Any, cascade: Any, chain: Any, qp: Any) -> float:
 @jit
 def _is_optimal(faults: Any, cascade: Any, chain: Any, qp: Any) -> bool:
     """Whether x is within its bounds and every residual small; multipliers of the joints that are held."""
-    worst = size = several(qp.x, 0) * 0.0
+    worst = size = load_lanes(qp.x, 0) * 0.0
     for at in range(0, chain.n, WIDTH):
-        inside, failed = below(chain.n, at), is_set(faults.code, at)
-        x, g = several(qp.x, at), several(qp.g, at)
-        fits = (several(qp.lb, at) <= x) & (x <= several(qp.ub, at)) & (abs(x) < inf)
+        inside, failed = lane_mask(chain.n, at), is_set(faults.code, at)
+        x, g = load_lanes(qp.x, at), load_lanes(qp.g, at)
+        fits = (load_lanes(qp.lb, at) <= x) & (x <= load_lanes(qp.ub, at)) & (abs(x) < inf)
         if any_of(inside & ~fits):
             return False
-        s = several(qp.H_diagonal, at) * x
+        s = load_lanes(qp.H_diagonal, at) * x
         if qp.dense:
             s = x * 0.0
             for j in range(chain.n):
-                s = s + qp.x[j] * several(qp.H[j], at)
+                s = s + qp.x[j] * load_lanes(qp.H[j], at)
         r, squares = g + s, g * g + s * s
         for k in range(qp.meq):
-            s = qp.lam[k] * several(qp.A[k], at)
+            s = qp.lam[k] * load_lanes(qp.A[k], at)
             r, squares = r - s, squares + s * s
         worst = larger(worst, select(inside & ~failed, abs(r), 0.0))
         size = size + select(inside, squares, 0.0)
-        put(qp.z_box, at, select(inside & failed, -r, 0.0))
+        store_lanes(qp.z_box, at, select(inside & failed, -r, 0.0))
     total = sum_of(size)
     cascade.residual_bounds = 0.0
     cascade.residual_dual = largest_of(worst) / (1.0 + sqrt(total))
@@ -276,7 +286,7 @@ def _is_optimal(faults: Any, cascade: Any, chain: Any, qp: Any) -> bool:
 
 
 @part_jit
-def straight(K: Any) -> bool:
+def unconstrained_solve(K: Any) -> bool:
     """Whether the QP is solved without a limit: x, multipliers, residuals and slack are then there.
 
     It takes a QP whose last answer had no limit either, without rows of C or variables beside the joints; of

@@ -8,27 +8,27 @@ from ftqp.kernel.layout.hypotheses import HYPOTHESES, SERVO_TIMES, TORQUE_TIMES
 
 
 @jit
-def lasts(state: Any, feedback: Any, hypothesis: int, i: int, evidence: bool) -> bool:
+def persisted(state: Any, feedback: Any, hypothesis: int, i: int, evidence: bool) -> bool:
     """Whether a hypothesis of joint i has lasted, this tick's evidence counted; without any it is dropped."""
-    count = feedback.lasting[hypothesis, i] + 1 if evidence else 0
-    feedback.lasting[hypothesis, i] = count
-    return has_lasted(state, feedback, hypothesis, i)
+    count = feedback.persistence[hypothesis, i] + 1 if evidence else 0
+    feedback.persistence[hypothesis, i] = count
+    return has_persisted(state, feedback, hypothesis, i)
 
 
 @jit
-def has_lasted(state: Any, feedback: Any, hypothesis: int, i: int) -> bool:
+def has_persisted(state: Any, feedback: Any, hypothesis: int, i: int) -> bool:
     """Whether a hypothesis of joint i had evidence, for as long as the table of hypotheses says.
 
     A loop that is slower than the table's time needs one sample of it.
     """
     torque = feedback.kind == TORQUE_DRIVE
     time = TORQUE_TIMES[hypothesis] if torque else SERVO_TIMES[hypothesis]
-    lasted: bool = feedback.lasting[hypothesis, i] * state.dt > max(time - 0.5 * state.dt, 0.0)
+    lasted: bool = feedback.persistence[hypothesis, i] * state.dt > max(time - 0.5 * state.dt, 0.0)
     return lasted
 
 
 @jit
-def drop(feedback: Any, i: int) -> None:
+def reset_counter(feedback: Any, i: int) -> None:
     """Nothing is supposed of joint i any more."""
     for hypothesis in range(HYPOTHESES):
-        feedback.lasting[hypothesis, i] = 0
+        feedback.persistence[hypothesis, i] = 0

@@ -27,55 +27,55 @@ TIMES = 2
 def watch_swing(K: Any) -> None:
     """Whether the arm swings: its way and how far it has come, window by window, in what v_max goes in 1 s.
 
-    ``calm.window`` is the time within the long window, of which every second is a short one.
+    ``settling.window`` is the time within the long window, of which every second is a short one.
 
     A swing is remembered until the target moves or another set of joints works. A motion that leads the arm
     somewhere, however long it takes, is none.
-    Source: docs/theory/calm.md, "Schemes that do not rest".
+    Source: docs/theory/settling.md, "Schemes that do not rest".
     """
-    calm = K.calm
-    if calm.stood < SETTLED:
-        calm.window = 0.0
-        calm.hushed = 0
-    elif not gives_up(calm):
+    settling = K.settling
+    if settling.stood < SETTLED:
+        settling.window = 0.0
+        settling.gradient_suppressed = 0
+    elif not gives_up(settling):
         _look_back(K)
 
 
 @jit
-def gives_up(calm: Any) -> bool:
+def gives_up(settling: Any) -> bool:
     """Whether the arm swings although its scheme has given way: not even its error is worth that."""
-    swung: bool = calm.hushed >= TIMES
+    swung: bool = settling.gradient_suppressed >= TIMES
     return swung
 
 
 @rare_jit
 def _look_back(K: Any) -> None:
-    faults, state, calm = K.faults, K.state, K.calm
-    if calm.window == 0.0:
-        calm.way = calm.long_way = 0.0
-        _begin_at(state, K.chain, calm.q_long_window)
-    if calm.way == 0.0:
-        _begin_at(state, K.chain, calm.q_window)
+    faults, state, settling = K.faults, K.state, K.settling
+    if settling.window == 0.0:
+        settling.way = settling.long_way = 0.0
+        _begin_at(state, K.chain, settling.q_long_window)
+    if settling.way == 0.0:
+        _begin_at(state, K.chain, settling.q_window)
     way = 0.0
     for k in range(faults.working):
         i = faults.order[k]
         way += state.dt * abs(state.v[i]) / _top(K.limits, i)
-    calm.way += way
-    calm.long_way += way
-    begun = calm.window // WINDOW
-    calm.window += state.dt
+    settling.way += way
+    settling.long_way += way
+    begun = settling.window // WINDOW
+    settling.window += state.dt
     swings = False
-    if calm.window // WINDOW > begun:
-        swings = _goes_to_and_fro(state, faults, K.limits, WINDOW, calm.way, calm.q_window)
-        calm.way = 0.0
-    if calm.window >= LONG_WINDOW:
+    if settling.window // WINDOW > begun:
+        swings = _goes_to_and_fro(state, faults, K.limits, WINDOW, settling.way, settling.q_window)
+        settling.way = 0.0
+    if settling.window >= LONG_WINDOW:
         swings = swings or _goes_to_and_fro(
-            state, faults, K.limits, LONG_WINDOW, calm.long_way, calm.q_long_window
+            state, faults, K.limits, LONG_WINDOW, settling.long_way, settling.q_long_window
         )
-        calm.window = 0.0
+        settling.window = 0.0
     if swings:
-        calm.hushed += 1
-        calm.window = 0.0
+        settling.gradient_suppressed += 1
+        settling.window = 0.0
 
 
 @jit
@@ -109,7 +109,7 @@ STOOD = 0.5
 """How long the target stands before the arm may hold [s]."""
 GAIN = 0.02
 """Share of the error below which what can be removed counts as hardly anything (rho). What a hold gives up
-was a few per cent of a large miss at most (docs/theory/calm.md, "Holding")."""
+was a few per cent of a large miss at most (docs/theory/settling.md, "Holding")."""
 SLOW = 0.2
 """Share of the velocity limits below which the arm may hold at first ..."""
 IMPATIENT = 1.4
@@ -117,7 +117,7 @@ IMPATIENT = 1.4
 without end is ended, too."""
 NEAR_SHARE = 0.5
 """Within this share of the task's tolerances no joint goes on faster than SLOW that long, because a wrist
-turned half round for the last degree of an error that was tolerated already (docs/theory/calm.md,
+turned half round for the last degree of an error that was tolerated already (docs/theory/settling.md,
 "Holding")."""
 
 LEAST = 1e-6
@@ -130,9 +130,9 @@ PUSHED_BY = 0.01
 
 
 @jit
-def target_stands(task: Any, calm: Any) -> bool:
+def target_stands(task: Any, settling: Any) -> bool:
     """Whether the target is where it was, and is not said to move; else it is remembered anew."""
-    T, anchor = task.target, calm.anchor
+    T, anchor = task.target, settling.anchor
     way = speed = 0.0
     for r in range(3):
         d = T[4 * r + 3] - anchor[4 * r + 3]
@@ -153,25 +153,25 @@ def target_stands(task: Any, calm: Any) -> bool:
 
 
 @jit
-def _beliefs_changed(faults: Any, calm: Any) -> bool:
+def _beliefs_changed(faults: Any, settling: Any) -> bool:
     """Whether another set of joints works than at the last tick."""
-    changed = calm.known_working != faults.working
-    calm.known_working = faults.working
+    changed = settling.known_working != faults.working
+    settling.known_working = faults.working
     for k in range(faults.working):
-        if calm.known[k] != faults.order[k]:
+        if settling.known[k] != faults.order[k]:
             changed = True
-            calm.known[k] = faults.order[k]
+            settling.known[k] = faults.order[k]
     return changed
 
 
 @jit
-def watch_target(state: Any, faults: Any, task: Any, calm: Any) -> None:
+def watch_target(state: Any, faults: Any, task: Any, settling: Any) -> None:
     """How long the target has stood and beliefs have not changed [s]; else the arm no longer holds."""
-    stands, same = target_stands(task, calm), not _beliefs_changed(faults, calm)
+    stands, same = target_stands(task, settling), not _beliefs_changed(faults, settling)
     if stands and same and state.ticks > 1:
-        settle(calm, TARGET_STANDS, state.dt)
+        settle(settling, TARGET_STANDS, state.dt)
     else:
-        settle(calm, TARGET_MOVES, state.dt)
+        settle(settling, TARGET_MOVES, state.dt)
 
 
 @jit
@@ -195,12 +195,16 @@ def _is_near(task: Any, feedback: Any) -> bool:
 @jit
 def _is_futile(K: Any, square: float) -> bool:
     """Whether hardly anything of the error e'e is worth the motion that removes it."""
-    calm = K.calm
-    futile = calm.stood >= STOOD - SURE and calm.rho < GAIN and square > LEAST
-    futile = futile and (calm.stood >= IMPATIENT or _is_slow(K.state, K.faults, K.limits))
-    if calm.stood >= IMPATIENT and _is_near(K.task, K.feedback) and not _is_slow(K.state, K.faults, K.limits):
+    settling = K.settling
+    futile = settling.stood >= STOOD - SURE and settling.rho < GAIN and square > LEAST
+    futile = futile and (settling.stood >= IMPATIENT or _is_slow(K.state, K.faults, K.limits))
+    if (
+        settling.stood >= IMPATIENT
+        and _is_near(K.task, K.feedback)
+        and not _is_slow(K.state, K.faults, K.limits)
+    ):
         futile = True
-    if gives_up(calm) and square > LEAST:
+    if gives_up(settling) and square > LEAST:
         futile = True
     return bool(futile)
 
@@ -208,14 +212,14 @@ def _is_futile(K: Any, square: float) -> bool:
 @jit
 def decide(K: Any, square: float) -> None:
     """Hold when hardly anything of the error e'e is worth removing, go on when the arm was pushed away."""
-    calm, dt = K.calm, K.state.dt
-    if calm.holding:
-        if sqrt(square) > DISTURBED * calm.held + PUSHED_BY:
-            settle(calm, PUSHED, dt)
+    settling, dt = K.settling, K.state.dt
+    if settling.holding:
+        if sqrt(square) > DISTURBED * settling.held + PUSHED_BY:
+            settle(settling, PUSHED, dt)
         return
-    settle(calm, FUTILE if _is_futile(K, square) else WORTH_IT, dt)
-    if calm.holding:
-        calm.held = sqrt(square)
+    settle(settling, FUTILE if _is_futile(K, square) else WORTH_IT, dt)
+    if settling.holding:
+        settling.held = sqrt(square)
 
 
 SHARE = 0.45
@@ -229,23 +233,23 @@ same command as SHARE, `python studies/study_calm.py --seed 17`."""
 
 
 @jit
-def way_to_go(task: Any, calm: Any, count: int, soft: float) -> float:
+def way_to_go(task: Any, settling: Any, count: int, soft: float) -> float:
     """Delta over the free joints and the share of the error that it can remove.
 
     Delta = (A'A + D + soft 1)^-1 (A'e + kick),  rho = (A'e + kick)'Delta/(e'e)
     """
-    W, delta = calm.work, calm.delta
+    W, delta = settling.work, settling.delta
     square = 0.0
     for k in range(task.m):
-        square += calm.e[k] * calm.e[k]
+        square += settling.e[k] * settling.e[k]
     for a in range(count):
-        i = calm.free[a]
-        delta[a] = calm.gradient[i] + calm.kick[i]
+        i = settling.free[a]
+        delta[a] = settling.gradient[i] + settling.kick[i]
         for b in range(a + 1):
-            j = calm.free[b]
-            s = calm.D[i, j]
+            j = settling.free[b]
+            s = settling.D[i, j]
             for k in range(task.m):
-                s += calm.A[k, i] * calm.A[k, j]
+                s += settling.A[k, i] * settling.A[k, j]
             W[a, b] = s
         W[a, a] += soft
     if not factor(W, count):
@@ -253,24 +257,24 @@ def way_to_go(task: Any, calm: Any, count: int, soft: float) -> float:
     solve_factored(W, count, delta)
     rho = 0.0
     for a in range(count):
-        i = calm.free[a]
-        rho += (calm.gradient[i] + calm.kick[i]) * delta[a]
+        i = settling.free[a]
+        rho += (settling.gradient[i] + settling.kick[i]) * delta[a]
     return rho / square if square > 0.0 else 1.0
 
 
 @jit
-def braked(limits: Any, calm: Any, count: int, rate: float, square: float) -> float:
+def braked(limits: Any, settling: Any, count: int, rate: float, square: float) -> float:
     """beta = min_i sqrt(2 SHARE a_brake_i |Delta_i|) / (rate |Delta_i|), at most 1.
 
     It is the share of the error that feedback may ask for: never a speed from which the arm cannot brake
     before the point it goes to. Velocity limits do not count here, they are bounds of the QP: a joint that
     runs at its limit does not slow the others. ``rate`` is that of the feedback [1/s], ``square`` e'e.
     """
-    fine = FINE * max(1.0, square / LEAST) ** 2 if calm.stood >= IMPATIENT else inf
+    fine = FINE * max(1.0, square / LEAST) ** 2 if settling.stood >= IMPATIENT else inf
     beta = 1.0
     for a in range(count):
-        i = calm.free[a]
-        size = abs(calm.delta[a])
+        i = settling.free[a]
+        size = abs(settling.delta[a])
         top = sqrt(2.0 * SHARE * limits.a_brake[i] * size)
         if fine < inf:
             top = min(top, fine * limits.v_max[i])

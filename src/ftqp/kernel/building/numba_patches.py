@@ -70,7 +70,7 @@ def _order_only(self: Any, emit_dels: bool = False, extend_lifetimes: bool = Fal
     code.variable_lifetime, code.generator_info = VariableLifetime(code.blocks), None
 
 
-def be_quicker() -> None:
+def patch_numba() -> None:
     """Take the shortcuts from now on."""
     if BaseFunction.get_call_type is _call_type_once:
         return

@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.following.led_joints import JointTracker, looks_per_tick
+from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
 from ftqp.control.inverse_kinematics.posture_search import SAME, may_have, task_rows
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
@@ -111,7 +111,7 @@ class _Posture(NamedTuple):
 
 
 @final
-class Bridge:
+class Reconfiguration:
     """Thinks of another posture from which a blocked path goes on, and of the way there.
 
     Postures of the place are found by Newton starts, and from each the rest of the path is followed in
@@ -146,7 +146,7 @@ class Bridge:
         self.way, self.until, self.is_over = None, self._progress, False
         self.starts, self._found, self._worthy, self._said = 0, 0, 0, ""
         self._rest = rest_of(self._path, self._progress, self._view.limits.v)
-        self._pieces: Iterator[None] = self._thoughts()
+        self._pieces: Iterator[None] = self._search_steps()
 
     @property
     def is_of_now(self) -> bool:
@@ -181,7 +181,7 @@ class Bridge:
             return f"{many}, and the path goes on from none"
         return f"{many}, from {self._worthy} of them the path goes on, and no way{where} leads there"
 
-    def think(self) -> None:
+    def search_step(self) -> None:
         """Think for one tick, unless there is a way or no further one."""
         if self._leave > 0.0 and not self.is_of_now:
             self._begin()
@@ -233,7 +233,7 @@ class Bridge:
         if step.code in (STOPPING, STOPPED, HELD):
             return step
         if self._waits:
-            self.think()
+            self.search_step()
         elif joints.blocked is not None:
             self.leads, self.is_over, self._said = False, True, joints.blocked
         elif not joints.is_on_way:
@@ -273,7 +273,7 @@ class Bridge:
         poses = self._path.sample(np.linspace(0.0, self._path.duration, SAMPLES + 1)).pose
         return {"tube": poses, "radius": (wide, turns), "most": MOST, "shortening": SHORTENING}
 
-    def _thoughts(self) -> Iterator[None]:
+    def _search_steps(self) -> Iterator[None]:
         """All pieces of thinking."""
         self._said = self._refusal()
         if self._said:
@@ -329,7 +329,7 @@ class Bridge:
             return
         ways.lead_to(best)
         while ways.stage is WayStage.SHORTENING:
-            ways.think(self._looks)
+            ways.search_step(self._looks)
             yield
         self.way = ways.way[1:]
 
@@ -356,8 +356,8 @@ class Bridge:
         if not goals:
             return False
         ways = Ways(self._planner, goals=[one.q for one in goals], **self._within)
-        while ways.is_thinking:
-            ways.think(self._looks)
+        while ways.is_searching:
+            ways.search_step(self._looks)
             yield
         if not ways.has_way:
             return False

@@ -4,7 +4,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.led_frame import FrameOfTask, FrameOfTip, TrackedFrame
+from ftqp.control.following.tracked_frame import FrameOfTask, FrameOfTip, TrackedFrame
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step

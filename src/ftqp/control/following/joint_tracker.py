@@ -113,7 +113,7 @@ class JointTracker:
         self._aim(self.view.command.q if q is None else q, seeks=True)
 
     @property
-    def is_thinking(self) -> bool:
+    def is_searching(self) -> bool:
         """Whether a way is being looked for, and the arm stands meanwhile."""
         return self._ways is not None or ("goal" in self._asked and self._begun < 0 and not self._plays)
 
@@ -123,7 +123,7 @@ class JointTracker:
         if self._plays:
             stuck = self._tries >= TRIES and self._stood > STUCK
             return not stuck and self._motion.moves_at(self._t)
-        return self.is_thinking
+        return self.is_searching
 
     @property
     def goes_straight(self) -> bool:
@@ -183,8 +183,8 @@ class JointTracker:
     def _think(self) -> None:
         """Think of a way, or prove what is left of the motion, for a tick."""
         if self._proof is not None:
-            self._proof.think(self._looks)
-            if not self._proof.is_thinking:
+            self._proof.search_step(self._looks)
+            if not self._proof.is_searching:
                 is_free, self._proof = self._proof.is_free, None
                 if not is_free:
                     self._turn_round()
@@ -246,7 +246,7 @@ class JointTracker:
             self._is_late = False
             self._turn_round()
             return
-        ways.think(AT_ONCE * self._looks if self._motion.moves_at(self._t) else self._looks)
+        ways.search_step(AT_ONCE * self._looks if self._motion.moves_at(self._t) else self._looks)
         if ways.stage is WayStage.NO_WAY:
             self._give_up(ways.sentence)
         elif ways.stage is WayStage.READY:
@@ -271,8 +271,8 @@ class JointTracker:
         table, new = joined
         proof = Ways(self.planner, table[1], rise_time=self._rise_time)
         proof.prove_again(table[: new + 1], 1)
-        proof.think(self._looks)
-        if proof.is_thinking or not proof.is_free:
+        proof.search_step(self._looks)
+        if proof.is_searching or not proof.is_free:
             return False
         self._play(ways, table, self.planner.dt)
         return True

@@ -1,4 +1,4 @@
-"""The metric of calm: where it is zero, and what it is made of where it is not."""
+"""The metric of settling: where it is zero, and what it is made of where it is not."""
 
 import numpy as np
 import pytest
@@ -7,13 +7,13 @@ from session_ticks import Ticks
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.arm.pose_error import pose_error
-from ftqp.kernel.calm.calm_qp import set_in_at_zero
-from ftqp.kernel.calm.curvature import curvature, spread, weigh_rows
-from ftqp.kernel.calm.metric import find_metric, outlook
-from ftqp.kernel.calm.trigger import curvature_bound, is_regular, largest_curvature
 from ftqp.kernel.entry.session import Memory
-from ftqp.kernel.feedback.status_report import see_error
+from ftqp.kernel.feedback.status_report import task_error
 from ftqp.kernel.rows.task_rows import task_rows
+from ftqp.kernel.settling.curvature import curvature, spread, weigh_rows
+from ftqp.kernel.settling.metric import find_metric, outlook
+from ftqp.kernel.settling.settling_qp import set_in_at_zero
+from ftqp.kernel.settling.trigger import curvature_bound, is_regular, largest_curvature
 
 
 def record_of(name):
@@ -30,7 +30,7 @@ def look(K, robot, q, pose):
     K.task.target[:] = ftqp.Target(pose=pose).packed
     forward_kinematics(K, K.state)
     pose_error(K)
-    see_error(K.task, K.feedback, K.kinematics, K.past)
+    task_error(K.task, K.feedback, K.kinematics, K.past)
     task_rows(K, 1.0)
 
 
@@ -57,11 +57,11 @@ def test_an_error_called_harmless_is():
         look(K, robot, q, pose)
         harmless = is_regular(K)
         regular += harmless
-        weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)
+        weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling)
         if harmless:
             assert (
-                curvature(K.faults, K.task, K.kinematics, K.chain, K.calm)
-                < np.linalg.svd(K.calm.A[:6, :7], compute_uv=False)[-1] ** 2
+                curvature(K.faults, K.task, K.kinematics, K.chain, K.settling)
+                < np.linalg.svd(K.settling.A[:6, :7], compute_uv=False)[-1] ** 2
             )
     assert 50 < regular < 290
 
@@ -76,8 +76,8 @@ def test_bounds_on_the_curvature_hold_and_the_closer_one_is_close(name):
         q, pose = near(robot, rng, 10.0 ** rng.uniform(-4.0, -1.0))
         look(K, robot, q, pose)
         s, close, wide = (
-            curvature(K.faults, K.task, K.kinematics, K.chain, K.calm),
-            curvature_bound(K.task, K.kinematics, K.chain, K.calm),
+            curvature(K.faults, K.task, K.kinematics, K.chain, K.settling),
+            curvature_bound(K.task, K.kinematics, K.chain, K.settling),
             largest_curvature(K.task, K.kinematics, K.chain),
         )
         assert s <= close * (1.0 + 1e-12) and s <= wide * (1.0 + 1e-12)
@@ -95,19 +95,19 @@ def test_rows_and_metric_together_are_convex_and_the_metric_is_zero_where_no_dir
             q, pose = near(robot, rng, size)
             look(K, robot, q, pose)
             square, s = (
-                weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm),
-                curvature(K.faults, K.task, K.kinematics, K.chain, K.calm),
+                weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling),
+                curvature(K.faults, K.task, K.kinematics, K.chain, K.settling),
             )
             count = find_metric(K, s, square)
-            A, D = K.calm.A[:m, :n], K.calm.D[:n, :n]
-            sigma = np.linalg.svd(A[:, K.calm.free[: abs(count)]], compute_uv=False)[-1]
+            A, D = K.settling.A[:m, :n], K.settling.D[:n, :n]
+            sigma = np.linalg.svd(A[:, K.settling.free[: abs(count)]], compute_uv=False)[-1]
             kinds.add(count >= 0)
-            largest = np.abs(np.linalg.eigvalsh(K.calm.S[:n, :n])).max()
-            assert largest * (1.0 - 1e-9) <= spread(K.chain, K.calm) <= s * (1.0 + 1e-9)
+            largest = np.abs(np.linalg.eigvalsh(K.settling.S[:n, :n])).max()
+            assert largest * (1.0 - 1e-9) <= spread(K.chain, K.settling) <= s * (1.0 + 1e-9)
             if count < 0:
                 assert np.linalg.svd(A, compute_uv=False)[-1] ** 2 >= largest * (1.0 - 1e-9)
                 continue
-            assert sigma**2 < spread(K.chain, K.calm) * (1.0 + 1e-9)
+            assert sigma**2 < spread(K.chain, K.settling) * (1.0 + 1e-9)
             np.testing.assert_allclose(D, D.T, atol=1e-12 * s)
             assert np.linalg.eigvalsh(A.T @ A + D)[0] > -1e-9 * s
     assert kinds == {True, False}
@@ -120,11 +120,11 @@ def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_flo
     pose[0, 3] += 0.2
     look(K, robot, q, pose)
     square, s = (
-        weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm),
-        curvature(K.faults, K.task, K.kinematics, K.chain, K.calm),
+        weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling),
+        curvature(K.faults, K.task, K.kinematics, K.chain, K.settling),
     )
     assert find_metric(K, s, square) == 4
-    A, S = K.calm.A[:2, :4], K.calm.S[:4, :4]
+    A, S = K.settling.A[:2, :4], K.settling.S[:4, :4]
     mu, Z = np.linalg.eigh(A.T @ A + S)
     modulus = A.T @ A + S  # S > 0 there: the target is beyond the stretched arm
     floors = [max(abs(x), 0.1 * z @ modulus @ z, 0.15 * s) for x, z in zip(mu, Z.T, strict=True)]
@@ -132,8 +132,8 @@ def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_flo
     phi = max(0.0, 1.0 - A[1] @ A[1] / s)
     T = np.eye(4) - (1.0 - np.sqrt(phi)) * np.outer(v, v)
     expected = T @ (Z @ np.diag(floors) @ Z.T - A.T @ A) @ T
-    np.testing.assert_allclose(K.calm.D[:4, :4], expected, atol=1e-12)
-    assert not K.calm.kick[:4].any()
+    np.testing.assert_allclose(K.settling.D[:4, :4], expected, atol=1e-12)
+    assert not K.settling.kick[:4].any()
 
 
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)"])
@@ -148,16 +148,16 @@ def test_the_metric_of_a_path_sets_in_at_zero(name):
         share = 0.5 * (low + high)
         pose[:3, 3] = robot.pose(q)[:3, 3] + share * way
         look(K, robot, q, pose)
-        square = weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)
-        s = curvature(K.faults, K.task, K.kinematics, K.chain, K.calm)
+        square = weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling)
+        s = curvature(K.faults, K.task, K.kinematics, K.chain, K.settling)
         count = find_metric(K, s, square)
         if count >= m:
-            K.calm.count = count
-            set_in_at_zero(K.faults, K.task, K.chain, K.calm)
-        low, high, psi = (low, share, float(K.calm.psi)) if count >= m else (share, high, np.inf)
+            K.settling.count = count
+            set_in_at_zero(K.faults, K.task, K.chain, K.settling)
+        low, high, psi = (low, share, float(K.settling.psi)) if count >= m else (share, high, np.inf)
         if count >= m and high - low < 1e-9 * high:
             break
-    assert psi < 1e-6 and np.abs(K.calm.D).max() < 1e-6 * s
+    assert psi < 1e-6 and np.abs(K.settling.D).max() < 1e-6 * s
 
 
 SPEED = 0.05
@@ -169,7 +169,7 @@ def seen(name, q, way, speed=SPEED):
     n = robot.nv
     K = Ticks(robot, 0.002, torque_limits=False).K
     K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
-    K.calm.on = 1
+    K.settling.on = 1
     path = Memory("path").fields
     path.speed = speed
     K.state.q[:n] = q
@@ -221,7 +221,7 @@ def energy(K, q):
     forward_kinematics(K, K.state)
     pose_error(K)
     task_rows(K, 1.0)
-    return 0.5 * weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)
+    return 0.5 * weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling)
 
 
 def hessian(K, q):
@@ -275,14 +275,14 @@ def test_the_curvature_is_the_hessian_of_half_the_squared_error(name, task, angl
     expected = hessian(K, q)
     energy(K, q)
     n, m = robot.nv, int(K.task.m)
-    s = curvature(K.faults, K.task, K.kinematics, K.chain, K.calm)
-    A, e = K.calm.A[:m, :n].copy(), K.calm.e[:m].copy()
+    s = curvature(K.faults, K.task, K.kinematics, K.chain, K.settling)
+    A, e = K.settling.A[:m, :n].copy(), K.settling.e[:m].copy()
     gradient = [(energy(K, q + d) - energy(K, q - d)) / (2.0 * STEP) for d in STEP * np.eye(n)]
     np.testing.assert_allclose(-A.T @ e, gradient, atol=1e-7)
     energy(K, q)
-    S = K.calm.S[:n, :n]
+    S = K.settling.S[:n, :n]
     assert s == pytest.approx(np.linalg.norm(S))
-    np.testing.assert_allclose(K.calm.A[:m, :n].T @ K.calm.A[:m, :n] + S, expected, atol=2e-7)
+    np.testing.assert_allclose(K.settling.A[:m, :n].T @ K.settling.A[:m, :n] + S, expected, atol=2e-7)
 
 
 def rotation(vector):

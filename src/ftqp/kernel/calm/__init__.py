@@ -1,1 +1,0 @@
-"""Calm: the curvature of the error that is left as a metric, so that the arm comes to rest."""
