@@ -40,7 +40,7 @@ def way_round(
         planner.report(fault)
     ways = Ways(planner, goals=goals, goal=pose, rows=task.named_rows, tolerance=tolerance)
     while ways.is_searching:
-        ways.think(LOOKS)
+        ways.search_step(LOOKS)
     return (np.array(ways.motion) if ways.stage is WayStage.READY else None), ways.sentence
 
 
