@@ -23,7 +23,7 @@ from ftqp.faults.kinds import Locked
 from ftqp.kernel.entry.rollouts import Batch, beliefs_of
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import SLACK, TARGET_POSE, TARGET_TWIST, Status
-from ftqp.kernel.layout.record import dtype
+from ftqp.kernel.layout.record import dtype, used_words
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -309,7 +309,8 @@ class SecurityWatch:
         if last > look.done:
             own, free = np.zeros(1, dtype("record")), np.zeros(1, dtype("free"))
             n = batch.q.shape[1]
-            session.bind("rollout", batch.record(), own, own, free, n, look.done, last)()
+            used = used_words(n)
+            session.bind("rollout", used, len(used), batch.record(), own, own, free, n, look.done, last)()
         look.done = last
 
     def _loss(self, batch: Batch, k: int, joint: str) -> Loss:
