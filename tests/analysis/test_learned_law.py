@@ -56,6 +56,14 @@ def test_a_limit_cycle_ends_at_the_nearest_point() -> None:
     assert learned.theta[2] < 0.05
 
 
+def test_when_an_error_has_settled_is_asked_by_the_old_name_with_a_warning() -> None:
+    t, errors = np.arange(4.0), np.array([3.0, 1.0, 2.0, 0.5])
+    made = LearnedRun(q=t, error=0.5, t=t, errors=errors, path=t, theta=t)
+    assert (made.settling_time(5.0), made.settling_time(1.5), made.settling_time(0.1)) == (0.0, 3.0, None)
+    with pytest.warns(DeprecationWarning, match="settling_time"):
+        assert made.settled(1.5) == 3.0
+
+
 def test_a_healthy_arm_moves_as_without_learning() -> None:
     robot = ftqp.robots.load("planar", lengths=[1, 1, 1], continuous=True)
     for start in [0.3, 0.9, 0.7] + 0.3 * np.random.default_rng(3).normal(size=(6, 3)):  # far from singular

@@ -61,3 +61,5 @@ def test_the_order_of_earlier_versions_is_understood_with_a_warning():
         with pytest.warns(DeprecationWarning, match="write FaultEvent"):
             assert old() == new
     assert FaultEvent(fault=Locked("j"), at=1.0, announced=1.5) == new
+    with pytest.warns(DeprecationWarning, match="reported_at"):
+        assert new.told == new.reported_at == 1.5

@@ -219,7 +219,7 @@ class LearnedRun:
     theta: FloatArray
 
     def settled(self, within: float) -> float | None:
-        """`settling_time`, as it was called before 0.5."""
+        """`settling_time`, as it was called before 0.4."""
         warn("settled() is called settling_time() now", DeprecationWarning, stacklevel=2)
         return self.settling_time(within)
 

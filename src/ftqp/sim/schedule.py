@@ -70,7 +70,7 @@ class FaultEvent:
 
     @property
     def told(self) -> float | None:
-        """`reported_at`, as it was called before 0.5."""
+        """`reported_at`, as it was called before 0.4."""
         warn("FaultEvent.told is called reported_at now", DeprecationWarning, stacklevel=2)
         return self.reported_at
 
