@@ -327,7 +327,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     held = feedback.held[i] == LOOKED_THROUGH
     bad = cost > 0.0 or not is_finite(sample) or feedback.silent > feedback.patience or is_blind(feedback)
     feedback.bad[i] = 1 if bad or held else 0
-    judged = K.monitor.on and K.monitor.names and K.monitor.sees and feedback.silent == 0.0
+    judged = K.monitor.on and K.monitor.names and feedback.silent == 0.0
     judged = judged and (K.monitor.found[i] != 0 or (healthy and K.chain.lead[i] == i))
     feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost, not judged)
     if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):

@@ -90,6 +90,9 @@ def watch_servos(K: Any, first: bool, then: int, known: bool) -> None:
             M.place[i] = K.feedback.good[i]
         return
     if not _is_seen(K, then):
+        for i in range(n):  # an arm that follows exactly has no servos to learn, but sensors
+            if K.feedback.lost[i]:
+                judge_joint(K, i)
         return
     if not M.sees:
         begin_filters(K)
