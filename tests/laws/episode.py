@@ -134,7 +134,7 @@ def failure_of(robot: Any, fault: Any, since: float, told: float) -> Failure:
         joint=robot.joint(fault.joint),
         kind=kinds[type(fault)],
         since=since,
-        told=told,
+        reported_at=told,
         shares={limit: getattr(fault, share) for limit, share in fault.shares.items()},
         jumps=getattr(fault, "mode", "") == "instant",
     )

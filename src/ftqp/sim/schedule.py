@@ -71,7 +71,7 @@ class FaultEvent:
     @property
     def told(self) -> float | None:
         """`reported_at`, as it was called before 0.4."""
-        warn("FaultEvent.told is called reported_at now", DeprecationWarning, stacklevel=2)
+        warn("the time of a report is FaultEvent.reported_at now", DeprecationWarning, stacklevel=2)
         return self.reported_at
 
     @property

@@ -58,7 +58,7 @@ def test_interrupted_search_keeps_the_best_placement_so_far() -> None:
             raise KeyboardInterrupt
 
     moved, how = placement.better_placed(
-        PlanCase(task=TASK, weights=np.ones(3), settings=FEW, told=interrupt), ("base",)
+        PlanCase(task=TASK, weights=np.ones(3), settings=FEW, notify=interrupt), ("base",)
     )
     assert seen == [1, 2, 3] and set(how["moved"]) == {"base_x", "base_y"}
     assert np.allclose(moved.goals[:, 0, 3], TASK.goals[:, 0, 3] - how["moved"]["base_x"])

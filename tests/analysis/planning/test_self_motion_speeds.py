@@ -20,7 +20,7 @@ def silent(done: int, total: int, what: str) -> None:
 
 
 def case(settings=FEW, told=silent, task=TASK, weights=ALIKE) -> PlanCase:
-    return PlanCase(task=task, weights=weights, settings=settings, told=told)
+    return PlanCase(task=task, weights=weights, settings=settings, notify=told)
 
 
 def coverage_of(q: np.ndarray) -> float:

@@ -15,7 +15,7 @@ def ridden(told: bool = False, schedule: ftqp.Schedule | None = LOCK, radius: fl
     path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), radius, duration=2.0, axes=("y", "z"))
     plant = ftqp.KinematicPlant(PANDA, DT, "velocity")
     rates = ResolvedRates(PANDA, DT)
-    return ride(rates, PANDA, path, PANDA.neutral, dt=DT, plant=plant, schedule=schedule, told=told)
+    return ride(rates, PANDA, path, PANDA.neutral, dt=DT, plant=plant, schedule=schedule, reported=told)
 
 
 def test_a_healthy_arm_is_led_along_its_path():

@@ -34,8 +34,8 @@ TOLD_SHARE = 0.1
 """A bandwidth is told to so much."""
 STICKS = 30.0
 """Dry friction takes so much of a rotor's acceleration [rad/s2]: behind a servo of 4 Hz, all that is open."""
-SHOWN = 0.0035
-"""Dry friction is open to what a joint goes at its limit in this time [s]: six times as much may be led."""
+SHOWN = 0.0025
+"""Dry friction is open to what a joint goes at its limit in this time [s]: eight times as much may be led."""
 LEAST_TORQUE = 50.0
 """The torque limit of a joint that has none [N m or N], a unit of its weight."""
 CHANGES, LEAST_FRICTION = 0.3, 0.05

@@ -60,14 +60,14 @@ class GoTo:
 
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
     straight motion of the end effector; both with limited jerk, and both within every limit of the planner.
-    Beside a scene, or what is kept, both are one timed motion of the joints that is proven free before it
-    begins. When a joint fails, the way is planned anew at the same tick from the position and velocity of the
-    command: the others go to their places, or the end effector as near as it gets. Where the joints cannot
-    follow the straight way to a pose, or come no nearer on it, postures of the goal are looked for, a little
-    in every tick, while the arm comes to rest, and the joints go to one to which there is a way. A goal that
-    is not reached is reported as ``UNREACHABLE`` together with the distance and with what was looked for,
-    once the arm rests. An arm that oscillates next to a pose goes back to where it was nearest and its
-    motors can hold it, and rests there; else the planner stops it.
+    In a scene, or where distances are kept, both are one timed motion of the joints that is proven free
+    before it begins. When a joint fails, the way is planned anew at the same tick from the position and
+    velocity of the command: the others go to their places, or the end effector as near as it gets. Where
+    the joints cannot follow the straight way to a pose, or come no nearer on it, postures of the goal are
+    looked for, a little in every tick, while the arm comes to rest, and the joints go to one to which
+    there is a way. A goal that is not reached is reported as ``UNREACHABLE`` together with the distance
+    and with what was looked for, once the arm rests. An arm that oscillates next to a pose goes back to
+    where it was nearest and its motors can hold it, and rests there; else the planner stops it.
 
     Args:
         planner: The planner that it commands; with any scheme, task and backend.

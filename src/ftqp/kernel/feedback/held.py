@@ -23,7 +23,7 @@ LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
 sample's; what counts of one is at most so many times what was learned, and so much [rad2]; a joint whose
 encoder scatters by more than the last one [rad or m] has a sensor that fails."""
 FIRST = 197
-"""What is learned of so many first samples is their mean, but of those that motion may explain."""
+"""What is learned of a torque arm's so many first samples is their mean, as of the later ones."""
 FILTER = 0.006
 """Time constant [s] of the speed that samples show ..."""
 STANDS, STANDS_SIGMAS = 0.012, 3.0
@@ -96,19 +96,13 @@ def _toward(value: float, end: float, most: float) -> float:
 
 
 @jit
-def _motion(K: Any, i: int) -> float:
-    """What the third difference of joint i's samples may be as it moves, which a slow loop shows."""
-    return float(4.0 * K.monitor.peak_v[i] * K.state.dt)
-
-
-@jit
 def _learn_noise(K: Any, i: int, sample: float) -> None:
     """The standard deviation of joint i's samples, by y - 3 y1 + 3 y2 - y3; never below the stated one."""
     held, stated = K.held, K.feedback.sigma
     d = sample - 3.0 * (held.last[i] - held.older[0, i]) - held.older[1, i]
     known = held.sigma[i] * held.sigma[i]
     share, most = LEARNS, CLIP * known + LEAST_NOISE
-    if held.sees < FIRST and (K.feedback.kind == TORQUE_DRIVE or abs(d) > _motion(K, i)):
+    if K.feedback.kind == TORQUE_DRIVE and held.sees < FIRST:  # its loop passes noise on from the first tick
         share, most = 1.0 / (3.0 + held.sees), NOISIEST * NOISIEST
     known += share * (min(d * d / 20.0, most) - known)
     held.sigma[i] = max(min(sqrt(known), NOISIEST), stated)

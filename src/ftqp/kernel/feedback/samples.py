@@ -265,9 +265,11 @@ def _listen(K: Any, then: int) -> None:
         news = news or any_of(off > 0.0)
         store_lanes(feedback.angle, at, sample)
     by_torque = feedback.kind == TORQUE_DRIVE
-    if news or not (K.monitor.on or by_torque) or feedback.exact or state.unusable == NOTHING_HEARD:
+    none = not is_finite(state.q[0])  # else they repeat, as those of an arm that follows exactly may
+    counts = (K.monitor.on or by_torque) and state.unusable != NOTHING_HEARD and (none or not feedback.exact)
+    if news or not counts:
         feedback.silent = 0.0
-    elif not is_finite(state.q[0]) or ((by_torque or all_repeat_oddly(K, then)) and no_arm_repeats_so(K)):
+    elif none or ((by_torque or all_repeat_oddly(K, then)) and no_arm_repeats_so(K)):
         feedback.silent += state.dt
 
 

@@ -309,18 +309,6 @@ def _holds(M: Any, i: int) -> float:
 
 
 @jit
-def _told_by_standing(M: Any, i: int) -> float:
-    """The share by which a look at joint i counts that friction may hold.
-
-    What holds it is the same in all looks, so together they tell no more than one does: until what is known
-    of its place is as uncertain as friction.
-    """
-    friction = _holds(M, i)
-    beyond = variance(M.P[i], M.phi, 0) - friction
-    return M.S[i] / (M.S[i] + friction * friction / beyond) if beyond > 0.0 else 0.0
-
-
-@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -404,8 +392,6 @@ def learn_servo(K: Any, i: int) -> None:
         for c in range(SERVO):
             gain[r] += P[r, c] * phi[c]
     stuck = phi[FRICTION] == 0.0  # what holds a joint is no measure of its friction
-    if stuck and K.feedback.kind == POSITION_DRIVE:
-        share *= _told_by_standing(M, i)
     for r in range(SERVO):
         if not (stuck and r == FRICTION):
             theta[r] += share * gain[r] * M.r[i]
