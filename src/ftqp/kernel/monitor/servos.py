@@ -302,13 +302,6 @@ def _motion_beside(K: Any, i: int) -> float:
 
 
 @jit
-def _holds(M: Any, i: int) -> float:
-    """f^2 + var f of joint i, the variance of what friction may hold; an f below zero holds nothing."""
-    friction = max(M.theta[i, FRICTION], 0.0)
-    return float(friction * friction + M.P[i, FRICTION, FRICTION])
-
-
-@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -317,14 +310,12 @@ def residual(K: Any, i: int) -> None:
     M = K.monitor
     phi, theta, v, a, slow = M.phi, M.theta[i], M.v[i], M.a[i], creep_of(K, i)
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v, slow), 1.0, M.weight[i], M.inertia[i]
-    by_torque = K.feedback.kind == TORQUE_DRIVE
     if M.fades > 0.0:
         _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
         v, a = phi[0], phi[1]
     elif min(abs(v), M.peak_v[i]) < slow:  # it may be held to either side
         phi[FRICTION] = 0.0
-    elif not by_torque:  # to the end: what faded as the joint slows down would be taken for a droop
-        phi[FRICTION] = 1.0 if v > 0.0 else -1.0
+    by_torque = K.feedback.kind == TORQUE_DRIVE
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
@@ -334,15 +325,16 @@ def residual(K: Any, i: int) -> None:
         spread = noise_of_torque(K, i) + OTHERWISE * OTHERWISE + A_RADIAN * A_RADIAN * miss * miss
     else:
         spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
-    friction = _holds(M, i)
+    friction = max(theta[FRICTION], 0.0)  # one below zero holds nothing
+    friction = friction * friction + M.P[i, FRICTION, FRICTION]
     if M.fades > 0.0:
         spread += _stuck(M, i) * friction
-    elif phi[FRICTION] == 0.0:  # of a joint that went one way only the sum with its droop is known
-        spread += friction + (0.0 if by_torque else 2.0 * abs(M.P[i, FRICTION, DROOP]))
+    elif phi[FRICTION] == 0.0:
+        spread += friction
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
-    if phi[FRICTION] != 0.0 and by_torque:
+    if phi[FRICTION] != 0.0 and M.fades == 0.0:
         phi[FRICTION] = direction(phi[0], slow)
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
