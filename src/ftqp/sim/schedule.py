@@ -146,8 +146,8 @@ class Schedule:
         Args:
             dt: sampling period [s].
         """
-        reported_at = [(event.reported_at, event) for event in self.events if event.reported_at is not None]
-        return _by_tick(sorted(reported_at, key=lambda pair: pair[0]), dt)
+        reported = [(event.reported_at, event) for event in self.events if event.reported_at is not None]
+        return _by_tick(sorted(reported, key=lambda pair: pair[0]), dt)
 
 
 def _by_tick(pairs: Iterable[tuple[Any, FaultEvent]], dt: float) -> dict[int, list[FaultEvent]]:

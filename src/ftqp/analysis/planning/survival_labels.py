@@ -74,7 +74,7 @@ def refuse_illegal(task: TaskPath, q: FloatArray, method: str) -> None:
     robot, limits = task.robot, task.robot.limits
     beyond = np.maximum(limits.q_min - q, q - limits.q_max)
     hurry = np.abs(np.diff(q, axis=0)) / (task.dt * limits.v_max)
-    for excess, least, notify in (
+    for excess, least, said in (
         (beyond, OUTSIDE, "{:.3g} rad or m outside its position limits"),
         (hurry, 1.0 + OUTSIDE, "at {:.3g} times its speed limit"),
     ):
@@ -83,7 +83,7 @@ def refuse_illegal(task: TaskPath, q: FloatArray, method: str) -> None:
             other = "" if method == "dp" else "take 'dp', "
             raise InputError(
                 f"with the method {method!r} no plan keeps all limits: {robot.joints[i]!r} would be "
-                f"{notify.format(excess[k, i])} at sample {k} (t = {task.t[k]:g} s); {other}start "
+                f"{said.format(excess[k, i])} at sample {k} (t = {task.t[k]:g} s); {other}start "
                 "elsewhere or give the path more time"
             )
     if not np.all(task.clearances(q) >= _keep(task) - FOLLOWED[0]):

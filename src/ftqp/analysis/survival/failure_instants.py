@@ -100,9 +100,7 @@ class Pairs:
     speeds: FloatArray  # With which each joint begins to brake, (N + 1, nv) [rad/s or m/s]
     rule: Literal["exact", "qp", "planner"]  # How the others go on
     share: float | None  # What is left of the speed limit of a degraded joint; None: it is locked
-    reports: tuple[
-        Fault, ...
-    ]  # What a planner is told of each failure; none where continuations are computed
+    reports: tuple[Fault, ...]  # Of each failure to a planner; none where continuations are computed
     deceleration: FloatArray | None  # As ``continuation_study`` takes it
     tolerance: tuple[float, float]  # Errors that count as survived with ``qp`` and ``planner`` [m, rad]
 

@@ -206,6 +206,9 @@ def believe_found(K: Any, given: Any) -> None:
         elif becomes == WORKS_STILL:
             faults.code[i] = HEALTHY
     begin_to_believe(K, given)
+    look_again(K.scene)
+    if swings(faults, K.chain):  # as ``count_on`` has it; a lock leaves the rest of that as it is
+        K.limits.on_demand, K.limits.guard = 0, 0.0
 
 
 @jit

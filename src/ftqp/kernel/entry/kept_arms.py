@@ -102,16 +102,9 @@ def step_arms(
         for i in range(K.chain.n):
             sent[r, 0, i], sent[r, 1, i] = K.feedback.q_sent[i], K.feedback.v_sent[i]
             if K.monitor.names:
-                kind = K.monitor.counted[i]
-                found[r, i] = (
-                    0
-                    if kind == 0
-                    else (
-                        FOUND_FREE
-                        if K.faults.code[i] == FREE or K.faults.code[i] == MEASURED
-                        else FOUND_LOCKED
-                    )
-                )
+                swings = K.faults.code[i] == FREE or K.faults.code[i] == MEASURED
+                kind = FOUND_FREE if swings else FOUND_LOCKED
+                found[r, i] = kind if K.monitor.counted[i] else 0
         error[r, 0], error[r, 1] = K.task.position_error, K.task.rotation_error
     return 0
 
