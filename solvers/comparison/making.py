@@ -1,7 +1,7 @@
 """Makes a recorded sequence: a planner leads an arm, its QPs are kept, and the truth about them is found."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ FEASIBLE, INFEASIBLE = 1e-9, 1e-6
 """A least violation below the first is none, one above the second is a contradiction [1 + max |b|]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Recipe:
     """How a sequence comes to be.
 
@@ -44,6 +44,7 @@ class Recipe:
 
     name: str
     what: str
+    _: KW_ONLY
     robot: Callable[[], Robot]
     path: Callable[[FloatArray], Path]
     q: tuple[float, ...] | None = None
@@ -133,16 +134,9 @@ def without(problem: QP, slack: FloatArray) -> QP:
     """The QP without its compliance: the task as plain equalities."""
     keep = ~slack.astype(bool)
     return QP(
-        problem.H[np.ix_(keep, keep)],
-        problem.g[keep],
-        problem.A[:, keep],
-        problem.b,
-        problem.C[:, keep],
-        problem.l,
-        problem.u,
-        problem.lb[keep],
-        problem.ub[keep],
-    )
+        problem.H[np.ix_(keep, keep)], problem.g[keep], problem.A[:, keep], problem.b, problem.C[:, keep],
+        problem.l, problem.u, problem.lb[keep], problem.ub[keep],
+    )  # fmt: skip
 
 
 def feasible(problem: QP) -> bool | None:
