@@ -53,7 +53,7 @@ def run(robot: ftqp.Robot, law: str, noise: float = 0.0, **truth: Any) -> tuple[
         model = model.with_payload(truth["payload"]) if "payload" in truth else model
     plant = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, "torque"), ftqp.TrueArm(**truth))
     plant.reset(q, np.zeros(n))
-    error = None if law == "learns" else 0.0
+    error = None if law == "estimates" else 0.0
     pd = law.startswith("PD")
     drive = ftqp.Drive() if pd else ftqp.Drive(kind="torque", inertia_error=error)
     planner = ftqp.Planner(model, DT, drive=drive, noise=ftqp.Noise(q=noise))
@@ -64,11 +64,7 @@ def run(robot: ftqp.Robot, law: str, noise: float = 0.0, **truth: Any) -> tuple[
     target, rng, far, lost = ftqp.Target(pose=start), np.random.default_rng(1), 0.0, False
     none, at = np.zeros(n, dtype=bool), q.copy()
     for k in range(round(SECONDS / DT)):
-        target.pose[:], target.twist[:], target.acceleration[:] = (
-            way.pose[k],
-            way.twist[k],
-            way.acceleration[k],
-        )
+        target.at(way.pose[k], way.twist[k], way.acceleration[k])
         seen = plant.q + rng.normal(0.0, noise, n) if noise else plant.q.copy()
         if pd:
             step = planner.step(at, None, target)
