@@ -4,8 +4,8 @@
     python studies/compare_scenarios.py --against v0 --names panda-circle,planar6-square
 
 Each checkout runs its scenarios in a process of its own. What differs by more than 1e-12 (of a number above
-1: by more than this share of it) is an error, unless it was meant to differ and is named, with the reason,
-in ``MEANT``. A scenario that needs a package which is not installed is left out, and said.
+1: by more than this share of it) is an error. A scenario that needs a package which is not installed is left
+out, and said.
 """
 
 import argparse
@@ -26,18 +26,6 @@ LARGEST = 1e-12
 """Two runs that agree differ by no more than this, or this share of a number above 1."""
 CLOCK = ("step_time",)
 """Signals that a clock measures, which no two runs have in common."""
-STAYS = "a locked joint is sent where it came to rest, and no longer follows its sensor while that moves"
-BEND = "the rate of a path rises to the limit of a bend in 20 ms, in place of half of the way in a tick"
-MEANT = {
-    ("dual-panda-bar", "*"): BEND,
-    ("modular11-singular", "*"): BEND,
-    ("panda-detected", "q_command.panda_joint3"): STAYS,
-    ("panda-detected", "tau_demand.panda_joint3"): STAYS,
-    ("panda-mujoco-brake", "q_command.panda_joint3"): STAYS,
-    ("panda-mujoco-brake", "tau_demand.panda_joint3"): STAYS,
-    ("panda-mujoco-payload", "q_command.panda_joint3"): STAYS,
-}
-"""What was meant to change, by scenario and signal (* is every signal, where a run takes longer), and why."""
 WORKER = """
 import json, sys
 from pathlib import Path
@@ -51,11 +39,7 @@ for name in sys.argv[2:]:
     except ftqp.MissingPackage as error:
         left_out[name] = str(error)
         continue
-    try:
-        runs.run(setup, out / name, drawn=False)
-    except TypeError:  # before runs could be left undrawn
-        runs.run(ftqp.load_scenario(name), out / (name + "-drawn"))
-        (out / (name + "-drawn")).rename(out / name)
+    runs.run(setup, out / name, drawn=False)
     log = ftqp.load_log(out / name)
     np.savez(out / (name + ".npz"), **{signal: log[signal] for signal in log.names})
 (out / "left_out.json").write_text(json.dumps(left_out))
@@ -91,15 +75,7 @@ def compared(name: str, ours: Any, theirs: Any) -> dict[str, Any]:
     common = [signal for signal in ours if signal in theirs and signal not in CLOCK]
     apart = {signal: difference(np.asarray(ours[signal], float), np.asarray(theirs[signal], float))
              for signal in common}  # fmt: skip
-    meant = {
-        signal: {"difference": apart[signal], "why": why}
-        for signal in common
-        if (why := MEANT.get((name, signal))) and apart[signal] > LARGEST
-    }
-    if whole := MEANT.get((name, "*")):
-        meant["*"] = {"difference": max(apart.values()), "why": whole}
-    counted = [] if whole else [signal for signal in common if signal not in meant]
-    worst = max(counted, key=lambda signal: apart[signal], default="t")
+    worst = max(common, key=lambda signal: apart[signal], default="t")
     rows = np.asarray(ours["t"]).shape[0]
     return {
         "scenario": name,
@@ -107,9 +83,8 @@ def compared(name: str, ours: Any, theirs: Any) -> dict[str, Any]:
         "rows": rows,
         "only_in_one": sorted(set(ours) ^ set(theirs)),
         "worst": worst,
-        "difference": apart[worst] if counted else 0.0,
-        "differing": sorted(signal for signal in counted if apart[signal] > LARGEST),
-        "meant": meant,
+        "difference": apart.get(worst, 0.0),
+        "differing": sorted(signal for signal in common if apart[signal] > LARGEST),
     }
 
 
@@ -121,10 +96,6 @@ def table(found: list[dict[str, Any]], left_out: dict[str, str]) -> str:
         lines.append(
             f"{one['scenario']:32}{one['signals']:8}{one['rows']:9,}{one['difference']:20.3g}  {worst}"
         )
-        lines += [
-            f"    meant: {signal}, {said['difference']:.3g}: {said['why']}"
-            for signal, said in one["meant"].items()
-        ]
         if one["only_in_one"]:
             lines.append(f"    in one of the logs only: {', '.join(one['only_in_one'])}")
     return "\n".join([*lines, *(f"{name:32} left out: {why}" for name, why in left_out.items())])

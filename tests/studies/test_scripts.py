@@ -82,7 +82,6 @@ def test_a_falling_elbow_is_caught_within_speed_and_torque(tmp_path: Path) -> No
     ("script", "arguments", "said"),
     [
         ("compare_scenarios", ("--against", "no-such-commit"), "'no-such-commit' is no commit of this"),
-        ("detection", ("--file", __file__), "give another --file"),
         ("long_run", ("--hours", "0"), "--hours is 0"),
         ("long_run", ("--cases", "x"), "--cases has 'x'"),
     ],
@@ -125,10 +124,6 @@ def test_a_number_that_differs_is_found(value, apart) -> None:
     found = compare_scenarios.compared("some", LOG, log(q_j1=value))
     assert found["differing"] == ["q.j1"] and found["worst"] == "q.j1"
     assert found["difference"] == pytest.approx(apart, rel=1e-3)
-
-
-def test_what_was_meant_to_differ_is_of_a_scenario_that_is_bundled() -> None:
-    assert {name for name, _ in compare_scenarios.MEANT} <= compare_scenarios.scenarios_of(ROOT)
 
 
 @pytest.mark.slow
