@@ -34,7 +34,7 @@ def on_record(
     *,
     quick: bool | None = None,
 ) -> dict[str, Any]:
-    """Measure, print and write; returns what was measured.
+    """Measure, print and write; returns the result, with what was measured.
 
     Args:
         given: The options that were given, those of ``options`` among them.
@@ -55,8 +55,8 @@ def on_record(
     result |= found | {"limitations": list(limitations)}
     if given.json:
         print(json.dumps(result))
-        return found
-    report = docs.report(title, result, tables(found))
+        return result
+    report = docs.report(title, result, tables(result))
     results.written(result, report, given.out, results.stem(name, name=None, quick=quick))
     print(report)
-    return found
+    return result

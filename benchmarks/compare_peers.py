@@ -341,21 +341,10 @@ def _say(text: str) -> None:
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
     add = parser.add_argument
-    add(
-        "--cases",
-        type=command_line.at_least_one,
-        default=50,
-        metavar="N",
-        help="of each kind and arm (default 50)",
-    )
+    of = "of each kind and arm (default 50)"
+    add("--cases", type=command_line.at_least_one, default=50, metavar="N", help=of)
     add("--quick", action="store_true", help="6 of each kind and arm")
-    add(
-        "--env-dir",
-        type=Path,
-        default=DEFAULT,
-        metavar="DIR",
-        help=f"of placo and pink (default {DEFAULT})",
-    )
+    add("--env-dir", type=Path, default=DEFAULT, metavar="DIR", help=f"of placo and pink (default {DEFAULT})")
     add("--only", nargs="+", choices=tuple(PROGRAMS), metavar="PROGRAM", help=f"of {', '.join(PROGRAMS)}")
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()

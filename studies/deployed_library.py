@@ -42,6 +42,7 @@ TRIALS = 8
 MORE = 3.0
 """By how much another processor may differ more than those trials do, which are few."""
 END, RESET, STEP, REPORT, WITHDRAW, STOP, RESUME, CARRY, TOOL, MOVE = range(10)
+RESETS = ("kinematic", "momentum", "task")
 KINDS = {"locked": 1, "free_swinging": 2, "degraded": 3}
 
 
@@ -73,9 +74,7 @@ def drawn_fault(robot, rng):
     if kind == 0:
         return ftqp.Locked(joint, deceleration=None if rng.random() < 0.5 else float(rng.uniform(0.5, 5.0)))
     if kind == 1:
-        return ftqp.Locked(
-            joint, mode="instant", reset=("kinematic", "momentum", "task")[int(rng.integers(3))]
-        )
+        return ftqp.Locked(joint, mode="instant", reset=RESETS[int(rng.integers(3))])
     if kind == 2 and robot.has_inertia:
         return ftqp.FreeSwinging(
             joint, damping=float(rng.uniform(0.0, 1.0)), friction=float(rng.uniform(0.0, 0.5))
@@ -91,10 +90,7 @@ def said(fault):
     """A fault as ``ftqp_fault`` has it."""
     numbers = [fault.joint, KINDS[fault.kind], 0, 0, np.nan, 0.0, 0.0, 1.0, 1.0, 1.0, np.nan, np.nan]
     if isinstance(fault, ftqp.Locked):
-        numbers[2:4] = (
-            ("ramp", "instant").index(fault.mode),
-            ("kinematic", "momentum", "task").index(fault.reset),
-        )
+        numbers[2:4] = ("ramp", "instant").index(fault.mode), RESETS.index(fault.reset)
         numbers[4] = np.nan if fault.deceleration is None else fault.deceleration
     elif isinstance(fault, ftqp.FreeSwinging):
         numbers[5:7] = fault.damping, fault.friction
@@ -116,19 +112,12 @@ def drawn_planner(rng):
     robot = arm(int(rng.integers(len(ARMS))))
     name = robot.name
     level = ("acceleration", "velocity")[int(rng.integers(2))]
-    scheme = (
-        ("mvn", "man", "rmp", "dlsm")[int(rng.integers(4))]
-        if level == "acceleration"
-        else ("mvn", "rmp")[int(rng.integers(2))]
-    )
+    schemes = ("mvn", "man", "rmp", "dlsm") if level == "acceleration" else ("mvn", "rmp")
+    scheme = schemes[int(rng.integers(len(schemes)))]
     mode = ("slack", "slack", "hard", "scaled", "lexicographic")[int(rng.integers(5))]
     drive = ("position", "velocity", "torque")[int(rng.integers(3))] if robot.has_inertia else "position"
-    task = ftqp.Task(
-        mode=mode,
-        degrade=("position_axis", "position")
-        if rng.random() < 0.2 and robot.nv > 5 and "planar" not in name
-        else None,
-    )
+    degrades = rng.random() < 0.2 and robot.nv > 5 and "planar" not in name
+    task = ftqp.Task(mode=mode, degrade=("position_axis", "position") if degrades else None)
     scene = None
     if name in ("panda", "iiwa14") and rng.random() < 0.3:
         scene = ftqp.Scene()
@@ -279,18 +268,8 @@ def replayer(target, folder):
         return node and [node, str(folder / "replayed.mjs"), str(loader), str(folder / "lib" / "ftqp.wasm")]
     if target == "aarch64":
         qemu = shutil.which("qemu-aarch64") or shutil.which("qemu-aarch64-static")
-        zig(
-            "cc",
-            "-target",
-            "aarch64-linux-musl",
-            *headers,
-            HERE / "replayed.c",
-            folder / "lib" / "libftqp.a",
-            "-static",
-            "-lm",
-            "-o",
-            program,
-        )
+        made = [HERE / "replayed.c", folder / "lib" / "libftqp.a", "-static", "-lm", "-o", program]
+        zig("cc", "-target", "aarch64-linux-musl", *headers, *made)
         return qemu and [qemu, str(program)]
     cc = shutil.which("cc") or shutil.which("gcc")
     shared = [f"-L{folder / 'lib'}", "-lftqp", f"-Wl,-rpath,{folder / 'lib'}", "-lm"]

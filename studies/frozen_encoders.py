@@ -115,22 +115,9 @@ def _simulate(given: argparse.Namespace) -> int:
         step = STEPS[k % len(STEPS)]
         jitter = 0.0 if rng.random() < 0.5 else rng.uniform(0.0, 0.5) * step
         w = rng.uniform(30.0, 80.0)
-        friction, load = (
-            min(rng.uniform(0.0, STUCK) * w * w, DRIEST) * (rng.random() < 0.7),
-            rng.uniform(-1.0, 1.0),
-        )
-        found = ride(
-            records,
-            k % 8,
-            step,
-            jitter,
-            w,
-            friction,
-            load,
-            ticks,
-            0,
-            int(rng.integers(2**31)),
-        )
+        friction = min(rng.uniform(0.0, STUCK) * w * w, DRIEST) * (rng.random() < 0.7)
+        load, drawn = rng.uniform(-1.0, 1.0), int(rng.integers(2**31))
+        found = ride(records, k % 8, step, jitter, w, friction, load, ticks, 0, drawn)
         row = totals[step]
         row[0] += ticks * DT / 3600.0
         row[1] += found[0] > 0

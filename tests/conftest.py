@@ -17,10 +17,7 @@ settings.register_profile("ftqp", deadline=None)
 settings.load_profile("ftqp")
 
 SCRIPTS = [Path(__file__).parent / name for name in ("solvers", "benchmarks", "studies")]
-FROM_END_TO_END = (
-    "test_bench_", "test_compare_", "test_study_", "test_campaign_physics",
-    "test_detection", "test_qpbenchmark_set", "test_scripts",
-)  # fmt: skip
+FROM_END_TO_END = ("test_bench_", "test_study_", "test_campaign_physics", "test_scripts")
 """Tests that run the script of a study from end to end: ``make test-all`` has them, ``make test`` has not."""
 EVERY_COMBINATION = ("laws", "papers", "checker")
 """Folders of which ``make test`` has every combination, too, unless the test is long."""

@@ -4,7 +4,6 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
-from bench import docs
 from bench.contenders import REFERENCE
 from bench.tables import Table, counted, exponent
 from comparison.accuracy import COARSE, INFEASIBLE, PARTS, SOLVABLE, STARTS, Outcome
@@ -109,13 +108,9 @@ def tables(result: dict[str, Any]) -> list[Table]:
     return [*found, _worst(result)]
 
 
-def markdown(result: dict[str, Any]) -> str:
-    """The whole report."""
-    return docs.report(
-        "Claims of QP solvers against the truth",
-        result,
-        [*tables(result), _sequences(result), *_by_sequence(result)],
-    )
+def every_table(result: dict[str, Any]) -> list[Table]:
+    """Those, the sequences, and the same sequence by sequence."""
+    return [*tables(result), _sequences(result), *_by_sequence(result)]
 
 
 _FACTS = (

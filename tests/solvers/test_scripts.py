@@ -30,30 +30,23 @@ def script(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[dict[str, Any], Path]]:
-    """What each script prints, and the place of its files but for their ending; run when asked for."""
+    """What each script found, and the place of its files but for their ending; run when asked for."""
 
     class Runs(dict[str, Any]):
         def __missing__(self, name: str) -> tuple[dict[str, Any], Path]:
             out = tmp_path_factory.mktemp(name)
-            done = script(name, *RUNS[name], "--json", "--out", str(out))
+            done = script(name, *RUNS[name], "--out", str(out))
             assert done.returncode == 0, done.stderr
-            self[name] = json.loads(done.stdout), out / f"{name}-quick"
+            stem = out / f"{name}-quick"
+            self[name] = json.loads(stem.with_suffix(".json").read_text()), stem
             return self[name]
 
     return Runs()
 
 
-@pytest.mark.parametrize(
-    ("name", "parts"),
-    [
-        ("compare_accuracy", ("Claims about", "Limitations", "Versions", "Could not take part")),
-        ("compare_semidefinite", ()),
-    ],
-)
-def test_results_are_written_as_json_and_markdown(runs: Any, name: str, parts: tuple[str, ...]) -> None:
-    result, stem = runs[name]
-    assert json.loads(stem.with_suffix(".json").read_text()).items() >= result.items()
-    text = stem.with_suffix(".md").read_text()
+def test_a_report_says_what_was_found_who_was_left_out_and_what_it_does_not_say(runs: Any) -> None:
+    text = runs["compare_accuracy"][1].with_suffix(".md").read_text()
+    parts = ("Claims about", "Limitations", "Versions", "Could not take part")
     assert all(f"## {part}" in text for part in parts)
 
 
