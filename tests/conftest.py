@@ -17,7 +17,9 @@ settings.register_profile("ftqp", deadline=None)
 settings.load_profile("ftqp")
 
 SCRIPTS = [Path(__file__).parent / name for name in ("solvers", "benchmarks", "studies")]
-FROM_END_TO_END = ("test_bench_", "test_study_", "test_campaign_physics", "test_scripts")
+FROM_END_TO_END = (
+    "test_bench_", "test_study_", "test_campaign", "test_scripts", "test_well_wired",
+)  # fmt: skip
 """Tests that run the script of a study from end to end: ``make test-all`` has them, ``make test`` has not."""
 EVERY_COMBINATION = ("laws", "papers", "checker")
 """Folders of which ``make test`` has every combination, too, unless the test is long."""

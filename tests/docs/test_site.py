@@ -240,21 +240,21 @@ ELSEWHERE = ("theory/", "evidence/", "solvers/", "benchmarks/", "studies/")
 
 
 def test_every_page_is_in_the_navigation_once_or_other_pages_lead_to_it():
-    nav = in_nav()
-    assert len(nav) == len(set(nav)) and set(nav) <= pages()
-    assert all(page.startswith(ELSEWHERE) for page in pages() - set(nav))
+    nav, known = in_nav(), pages()
+    assert len(nav) == len(set(nav)) and set(nav) <= known
+    assert all(page.startswith(ELSEWHERE) for page in known - set(nav))
     outside = module("outside_pages")
-    files = {page: ROOT / "docs" / page for page in pages()} | outside.outside()
+    files = {page: ROOT / "docs" / page for page in known} | outside.outside()
     found, todo = set(nav), list(nav)
     while todo:
         page = todo.pop()
         text = files[page].read_text(encoding="utf-8") if files[page].is_file() else ""  # else it is made
         for link in LINK.findall(outside.turned(text, page)):
             other = posixpath.normpath(posixpath.join(posixpath.dirname(page), urlsplit(link).path))
-            if other in pages() - found:
+            if other in known - found:
                 found.add(other)
                 todo.append(other)
-    assert found == pages()
+    assert found == known
 
 
 def test_every_public_name_is_on_one_page_of_the_reference():

@@ -32,7 +32,7 @@ def panda(built, tmp_path_factory):  # noqa: F811
     return folder
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_controller_follows_loses_a_joint_stops_and_keeps_every_limit(built, panda):  # noqa: F811
     program = panda / "in_a_loop"
     headers = [built / "include", panda, FOLDER / "include", FOLDER / "stand_in"]

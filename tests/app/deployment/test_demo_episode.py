@@ -37,7 +37,7 @@ class Beside:
         self.steps += 1
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_episode_of_the_front_page_is_that_of_python_bit_by_bit(built, monkeypatch):
     setup = load("panda-unannounced")
     n = setup.robot.nv

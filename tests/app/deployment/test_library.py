@@ -109,10 +109,9 @@ def test_a_change_of_the_library_is_seen(built, tmp_path):
     assert apart > 0.0 and not same
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("count", [400, pytest.param(2000, marks=pytest.mark.slow)])
-def test_changed_files_and_calls_in_any_order_are_numbers_and_never_a_crash(count):
-    assert "changed files" in fuzz(count)
+@pytest.mark.slow
+def test_changed_files_and_calls_in_any_order_are_numbers_and_never_a_crash():
+    assert "changed files" in fuzz(2000)
 
 
 @pytest.mark.long

@@ -139,7 +139,9 @@ def _is_alive(process: int) -> bool:
         return False
 
 
-@pytest.mark.parametrize(("number", "times"), [(signal.SIGKILL, 1), (signal.SIGINT, 2)])
+@pytest.mark.parametrize(
+    ("number", "times"), [pytest.param(signal.SIGKILL, 1, marks=pytest.mark.slow), (signal.SIGINT, 2)]
+)
 def test_a_study_that_is_killed_or_interrupted_ends_with_its_workers_and_goes_on(
     tmp_path: Path, number: signal.Signals, times: int
 ) -> None:

@@ -211,6 +211,7 @@ def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, pa
     )
 
 
+@pytest.mark.slow
 def test_a_recording_opens_from_a_file_with_the_network_off_and_asks_for_nothing(tmp_path, opened):
     source = SteppedSource(seconds=0.1, overrides=["faults=[]", "path.duration=3"])
     frames = [source.frame() for _ in range(5)]
