@@ -5,26 +5,22 @@
 
 An episode is an arm in MuJoCo (panda, iiwa14 or xarm7; drive, load, friction, noise, latency, fault and its
 time, reported at once, late or never) that follows a circle and then stands for two seconds. It is drawn from
-its number alone. Episodes that ``--file`` has already are not run again. The tables say how often each law
-was broken, by arm, drive and fault, and how each exception came about; the report goes to ``--out``.
-``--replay K`` runs one of them and writes its figures.
+its number alone. The tables say how often each law was broken, by arm, drive and fault, and how each
+exception came about; the report goes to ``--out``. ``--replay K`` runs one of them and writes its figures.
 
 What no planner can help is not counted: healthy joints' speed within 0.1 s after a brake has closed, or after
 a joint without a motor that holds it has met its end stop.
 """
 
-import json
 import logging
-import sqlite3
-import sys
 from dataclasses import asdict, dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from alarms.detection_cases import start
-from bench import command_line, results
+import pinocchio as pin
+from bench import study
+from bench.tables import Table
 from bench.wrapped_plant import WrappedPlant
 from joblib import Parallel, delayed
 
@@ -43,11 +39,13 @@ SWINGS = 6.0
 ARMS = ("panda", "iiwa14", "xarm7")
 DRIVES = ("position", "velocity", "torque")
 FAULTS = ("none", "locked", "locked at once", "free", "degraded", "slipping brake")
-TOLD = ("at once", "late", "never")
+REPORTED = ("at once", "late", "never")
 BANDWIDTH = 94.0
 """Of the joint servos [rad/s]."""
 MIDDLE = 0.8
 """Share of every joint's range in which starts lie."""
+REGULAR, LOAD = 0.15, 0.6
+"""Least singular value of a start, lengths over the arm's, and most of a torque limit that weight takes."""
 WRISTS = 3
 """The last joints, whose friction is a third: their inertia is small."""
 STILL = 0.01
@@ -64,6 +62,7 @@ CLAIM = 0.1
 """How long OK may be said beyond the tolerance [s]."""
 Array = np.ndarray[Any, Any]
 LAWS = ("divergence", "speed", "torque", "end", "false OK")
+ENDS = ("OK", "RELAXED", "STOPPED")
 WHOLE = 2000
 """A campaign of fewer episodes is a quick one."""
 LIMITATIONS = (
@@ -88,10 +87,24 @@ class Episode:
     fault: str
     joint: int
     at: float
-    told: str
+    reported: str
     damping: float
     start: tuple[float, ...]
     plane: tuple[str, str]
+
+
+def start(robot: ftqp.Robot, generator: np.random.Generator) -> Array:
+    """A posture in the middle of the ranges, far from singularities and from what gravity forbids."""
+    low, high = (np.clip(limit, -3.0, 3.0) for limit in (robot.limits.q_min, robot.limits.q_max))
+    middle, half = 0.5 * (low + high), 0.5 * MIDDLE * (high - low)
+    data, still = robot.model.createData(), np.zeros(robot.nv)
+    while True:
+        q: Array = middle + half * generator.uniform(-1.0, 1.0, robot.nv)
+        J = robot.jacobian(q).copy()
+        J[:3] /= robot.length
+        weight = np.abs(pin.rnea(robot.model, data, q, still, still))
+        if np.linalg.svd(J, compute_uv=False)[-1] > REGULAR and (weight < LOAD * robot.limits.tau_max).all():
+            return q
 
 
 def draw(seed: int) -> Episode:
@@ -114,9 +127,9 @@ def draw(seed: int) -> Episode:
         fault=str(rng.choice(FAULTS)),
         joint=int(rng.integers(robot.nv)),
         at=float(rng.uniform(0.2, 0.8)) * duration,
-        reported=str(rng.choice(TOLD)),
+        reported=str(rng.choice(REPORTED)),
         damping=float(rng.choice([0.0, 0.5, 3.0])),
-        start=tuple(start(robot, rng, MIDDLE).tolist()),
+        start=tuple(start(robot, rng).tolist()),
         plane=(("x", "y"), ("y", "z"), ("x", "z"))[int(rng.integers(3))],
     )
 
@@ -222,7 +235,7 @@ def world(episode: Episode, *, log: str | None = None) -> World:
 
 def _events(episode: Episode) -> list[ftqp.FaultEvent]:
     """What fails, and when the planner is told."""
-    told = {"at once": None, "late": episode.at + 0.05, "never": "never"}[episode.told]
+    reported = {"at once": None, "late": episode.at + 0.05, "never": "never"}[episode.reported]
     kinds = {
         "locked": Locked(episode.joint),
         "locked at once": Locked(episode.joint, mode="instant", reset="momentum"),
@@ -232,7 +245,7 @@ def _events(episode: Episode) -> list[ftqp.FaultEvent]:
     }
     if episode.fault == "none":
         return []
-    return [ftqp.FaultEvent(episode.at, kinds[episode.fault], told)]
+    return [ftqp.FaultEvent(episode.at, kinds[episode.fault], reported)]
 
 
 def judged(episode: Episode) -> dict[str, Any]:
@@ -309,68 +322,50 @@ def _longest(wrong: Array) -> int:
     return int(np.diff(ends).max(initial=1)) - 1
 
 
-def kept(file: Path) -> sqlite3.Connection:
-    """The results so far."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    connection = sqlite3.connect(file)
-    connection.execute(
-        "CREATE TABLE IF NOT EXISTS episodes (seed INTEGER PRIMARY KEY, drawn TEXT, outcome TEXT)"
-    )
-    return connection
-
-
 Row = tuple[int, dict[str, Any], dict[str, Any]]
 
 
-def tables(rows: list[Row]) -> str:
+def tables(found: dict[str, Any]) -> list[Table]:
     """How often each law was broken, by arm, drive and fault; how the runs ended; every exception."""
-    lines = [f"{len(rows)} episodes", "", f"| | episodes | {' | '.join(LAWS)} | OK | RELAXED | STOPPED |"]
-    lines.append("|---" * (len(LAWS) + 5) + "|")
-    lines.append(_counts("all", rows))
+    rows: list[Row] = found["rows"]
+    lines = [_counts("all", rows)]
     for key, values in (("arm", ARMS), ("drive", DRIVES), ("fault", FAULTS)):
-        for value in values:
-            lines.append(_counts(value, [row for row in rows if row[1][key] == value]))
-    for told in TOLD:
-        chosen = [row for row in rows if row[1]["told"] == told and row[1]["fault"] != "none"]
-        lines.append(_counts(f"told {told}", chosen))
-    lines += ["", "| episode | what | law | by how much | how it came about |", "|---|---|---|---|---|"]
-    for row in rows:
-        lines += [_exception(row, law) for law in LAWS if row[2][law] > 0.0]
-    return "\n".join(lines)
+        lines += [_counts(value, [row for row in rows if row[1][key] == value]) for value in values]
+    failed = [row for row in rows if row[1]["fault"] != "none"]
+    for when in REPORTED:
+        lines.append(_counts(f"reported {when}", [row for row in failed if row[1]["reported"] == when]))
+    broken = [_exception(row, law) for row in rows for law in LAWS if row[2][law] > 0.0]
+    heads = ("episode", "what", "law", "by how much", "how it came about")
+    return [
+        Table(title="Broken laws", headings=("", "episodes", *LAWS, *ENDS), rows=lines),
+        Table(title="Exceptions", headings=heads, rows=broken, text_last=True),
+    ]
 
 
-def markdown(result: dict[str, Any]) -> str:
-    """The report, as one string."""
-    head, foot = results.preamble("Episodes in physics", result), results.appendix(result)
-    return "\n".join([*head, tables(result["rows"]), "", *foot])
-
-
-def _counts(name: str, rows: list[Row]) -> str:
+def _counts(name: str, rows: list[Row]) -> tuple[str, ...]:
     """A line of the first table."""
     broken = [sum(outcome[law] > 0.0 for _, _, outcome in rows) for law in LAWS]
-    ends = [sum(outcome["status"] == end for _, _, outcome in rows) for end in ("OK", "RELAXED", "STOPPED")]
-    return f"| {name} | {len(rows)} | " + " | ".join(str(number) for number in broken + ends) + " |"
+    ends = [sum(outcome["status"] == end for _, _, outcome in rows) for end in ENDS]
+    return name, *map(str, (len(rows), *broken, *ends))
 
 
-def _exception(row: Row, law: str) -> str:
+def _exception(row: Row, law: str) -> tuple[str, ...]:
     """A line of the second table."""
     seed, drawn, outcome = row
-    what = (
-        f"{drawn['arm']}, {drawn['drive']}, joint {drawn['joint'] + 1} {drawn['fault']}, told {drawn['told']}"
-    )
+    fault = f"joint {drawn['joint'] + 1} {drawn['fault']}, reported {drawn['reported']}"
+    much, cause = f"{outcome[law]:.2f}", ""
     if law == "speed":
-        much = f"{outcome[law]:.2f} for {outcome['for']:.3f} s"
-        return f"| {seed} | {what} | {law} | {much} | {_cause(drawn, outcome)} |"
-    if law == "end":
-        return f"| {seed} | {what} | {law} | {outcome['status']} at {outcome['moving']:.3f} | |"
-    return f"| {seed} | {what} | {law} | {outcome[law]:.2f} | |"
+        much, cause = f"{much} for {outcome['for']:.3f} s", _cause(drawn, outcome)
+    elif law == "end":
+        much = f"{outcome['status']} at {outcome['moving']:.3f}"
+    return str(seed), f"{drawn['arm']}, {drawn['drive']}, {fault}", law, much, cause
 
 
 def _cause(drawn: dict[str, Any], outcome: dict[str, Any]) -> str:
     """How a joint came to be too fast, by when and at which command."""
     since, led = outcome["since"], outcome["led"]
     when = f"{since:.3f} s after the fault, commanded {led:.2f}"
-    known = {"at once": 0.0, "late": 0.05, "never": np.inf}[drawn["told"]]
+    known = {"at once": 0.0, "late": 0.05, "never": np.inf}[drawn["reported"]]
     if since < 0.0 or drawn["fault"] == "none":
         return f"before any fault, commanded {led:.2f}"
     if since < JOLT:
@@ -378,43 +373,16 @@ def _cause(drawn: dict[str, Any], outcome: dict[str, Any]) -> str:
     return f"{'known' if since > known else 'unknown'} fault: {when}"
 
 
-def main() -> int:
-    """Runs what is missing, prints and writes the tables; 0 when done, 2 for bad input."""
-    parser = command_line.parser(__doc__)
-    parser.add_argument("--episodes", type=int, default=200)
-    parser.add_argument("--first", type=int, default=0, help="number of the first episode")
-    parser.add_argument("--file", type=Path, default=Path("runs/campaign-physics.sqlite"), help="of episodes")
-    results.add_out(parser, "campaign_physics")
-    parser.add_argument("--jobs", type=int, default=1, help="how many processes run them")
-    parser.add_argument("--replay", type=int, help="run this episode alone, with figures")
-    given = parser.parse_args()
-    if given.replay is not None:
-        replay(given.replay)
-        return 0
-    connection = kept(given.file)
-    wanted = range(given.first, given.first + given.episodes)
-    have = {seed for (seed,) in connection.execute("SELECT seed FROM episodes")}
-    missing = [seed for seed in wanted if seed not in have]
-    with Parallel(n_jobs=given.jobs, return_as="generator_unordered") as parallel:
-        for row in parallel(delayed(_ran)(seed) for seed in missing):
-            connection.execute("INSERT OR IGNORE INTO episodes VALUES (?, ?, ?)", row)
-            connection.commit()
-    stored = connection.execute("SELECT seed, drawn, outcome FROM episodes ORDER BY seed")
-    settings = {"first": given.first, "episodes": given.episodes, "jobs": given.jobs}
-    result = results.circumstances("campaign_physics", (), settings) | {
-        "rows": [(seed, json.loads(drawn), json.loads(out)) for seed, drawn, out in stored if seed in wanted],
-        "limitations": list(LIMITATIONS),
-    }
-    result["versions"]["mujoco"] = version("mujoco")
-    name = results.stem("campaign_physics", name=None, quick=given.episodes < WHOLE)
-    return results.publish(result, markdown(result), given.out, name)
+def measured(given: Any) -> dict[str, Any]:
+    """Every episode: its number, what was drawn, and the outcome."""
+    seeds = range(given.first, given.first + (2 if given.quick else given.episodes))
+    return {"rows": Parallel(n_jobs=given.jobs)(delayed(_ran)(seed) for seed in seeds)}
 
 
-def _ran(seed: int) -> tuple[int, str, str]:
-    """A row of the file."""
+def _ran(seed: int) -> Row:
     logging.getLogger("ftqp").setLevel(logging.ERROR)
     episode = draw(seed)
-    return seed, json.dumps(asdict(episode)), json.dumps(judged(episode))
+    return seed, asdict(episode), judged(episode)
 
 
 def replay(seed: int) -> None:
@@ -431,4 +399,14 @@ def replay(seed: int) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    parser = study.options(__doc__, "campaign_physics", "two episodes")
+    parser.add_argument("--episodes", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, help="number of the first episode")
+    parser.add_argument("--jobs", type=int, default=1, help="how many processes run them")
+    parser.add_argument("--replay", type=int, help="run this episode alone, with figures")
+    given = parser.parse_args()
+    if given.replay is None:
+        quick = given.quick or given.episodes < WHOLE
+        study.on_record(given, "Episodes in physics", measured, tables, LIMITATIONS, quick=quick)
+    else:
+        replay(given.replay)
