@@ -1,6 +1,7 @@
 """The command line of a script: its docstring is its help."""
 
 import argparse
+import sys
 
 from bench.ways import WAYS
 
@@ -18,6 +19,13 @@ def at_least_one(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"is {text}, expected at least 1, a whole number")
     return int(text)
+
+
+def say(text: str) -> None:
+    """How far it has come, in the last line of a terminal; nothing elsewhere."""
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\r\033[K{text}")
+        sys.stderr.flush()
 
 
 def add_ways(parser: argparse.ArgumentParser) -> None:

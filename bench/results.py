@@ -8,7 +8,9 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Sequence
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -118,6 +120,25 @@ def commit() -> str:
     return said("rev-parse", "--short=10", "HEAD") + (" with changes" if changed else "")
 
 
+@contextmanager
+def checkout(commit: str) -> Iterator[Path]:
+    """The files of another commit, in a folder that goes again.
+
+    Raises:
+        InputError: There is no such commit.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        other = Path(folder) / "other"
+        add = ["git", "worktree", "add", "--detach", "--quiet", str(other), commit]
+        made = subprocess.run(add, cwd=ROOT, capture_output=True, text=True, check=False)
+        if made.returncode != 0:
+            raise InputError(f"{commit!r} is no commit of this repository: {made.stderr.strip()}")
+        try:
+            yield other
+        finally:
+            subprocess.run(["git", "worktree", "remove", "--force", str(other)], cwd=ROOT, check=False)
+
+
 def stem(benchmark: str, *, name: str | None, quick: bool) -> str:
     """What the files of a result are called: a full one after its script, so that a new one replaces it.
 
@@ -164,10 +185,18 @@ def written(
     return [*files, *pictures]
 
 
-def publish(result: dict[str, Any], markdown: str, out: Path, name: str, *, as_json: bool = False) -> int:
+def publish(
+    result: dict[str, Any],
+    markdown: str,
+    out: Path,
+    name: str,
+    figures: Callable[[dict[str, Any], Path, str], list[Path]] | None = None,
+    *,
+    as_json: bool = False,
+) -> int:
     """Write a study's report and numbers, and print one of them: 0, or 2 where they cannot be written."""
     try:
-        written(result, markdown, out, name)
+        written(result, markdown, out, name, figures)
     except InputError as error:
         sys.stderr.write(f"{error}\n")
         return 2

@@ -102,7 +102,7 @@ def study(arm: str, count: int) -> dict:
     survived = {way: [] for way in WAYS}
     right, wrong, us = 0, 0, {way: [] for way in WAYS}
     for k in range(count):
-        command_line.say(f"{arm}: path {k + 1} of {count}") if hasattr(command_line, "say") else None
+        command_line.say(f"{arm}: path {k + 1} of {count}")
         robot, q, path = drawn(arm, k)
         for way in WAYS:
             rows, _, told, median = followed(robot, q, path, way)

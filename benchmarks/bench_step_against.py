@@ -14,14 +14,15 @@ over chunks: of their p50 in microseconds, and of the ratio of neighbours.
 import argparse
 import json
 import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from bench import cases, command_line
+from bench import cases, command_line, results
 from steps.measure import Settings, Worker, WorkerFailed, last_core
 from steps.own import ALONG, tasks
+
+from ftqp.core.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
 FIRST_RELEASE = "9250cf8"
@@ -44,15 +45,9 @@ def measured(trees: tuple[Path, Path], options: argparse.Namespace) -> Times:
     found: Times = {}
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
+        own = Path(sys.executable), "steps.own"
         workers = [
-            Worker(
-                str(tree),
-                Path(sys.executable),
-                "steps.own",
-                log=place / f"{k}.log",
-                core=last_core(),
-                source=tree / "src",
-            )
+            Worker(str(tree), *own, log=place / f"{k}.log", core=last_core(), source=tree / "src")
             for k, tree in enumerate(trees)
         ]
         try:
@@ -94,26 +89,15 @@ def _alternated(
 def main() -> int:
     """Measures both checkouts in turns and shows the ratios: 0 when both could be measured, else 1 or 2."""
     options = _options()
-    with tempfile.TemporaryDirectory() as folder:
-        other = Path(folder) / "other"
-        made = subprocess.run(
-            ["git", "worktree", "add", "--detach", "--quiet", str(other), options.against],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-        )
-        if made.returncode != 0:
-            print(
-                f"{options.against!r} is no commit of this repository: {made.stderr.strip()}", file=sys.stderr
-            )
-            return 2
-        try:
+    try:
+        with results.checkout(options.against) as other:
             rounds = [measured((other, ROOT), options) for _ in range(options.runs)]
-        except WorkerFailed as error:
-            print(f"no step could be measured: {error}", file=sys.stderr)
-            return 1
-        finally:
-            subprocess.run(["git", "worktree", "remove", "--force", str(other)], cwd=ROOT, check=False)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except WorkerFailed as error:
+        print(f"no step could be measured: {error}", file=sys.stderr)
+        return 1
     figures = {name: _figures([one[name] for one in rounds]) for name in rounds[0]}
     if options.json:
         print(json.dumps({"against": options.against, "runs": options.runs, "p50_us": figures}))

@@ -236,18 +236,18 @@ def main() -> int:
     for kind in kinds:
         pairs = [drawn(name, kind, k) for name in ARMS for k in range(count)]
         for k, (case, arm) in enumerate(pairs):
-            _say(f"{kind} {k + 1} of {len(pairs)}: what the oracle says")
+            command_line.say(f"{kind} {k + 1} of {len(pairs)}: what the oracle says")
             word = (feasible_line if kind == "path" else feasible)(case, arm, restarts)
             object.__setattr__(case, "feasible", word)
         drawn_cases[kind] = pairs
-    _say("")
+    command_line.say("")
     with tempfile.TemporaryDirectory() as folder:
         for kind in kinds:
             cases = [case for case, _ in drawn_cases[kind]]
             for name, (made_for, *_) in PROGRAMS.items():
                 if kind not in made_for.split() or name not in asked:
                     continue
-                _say(f"{kind}s: {name}")
+                command_line.say(f"{kind}s: {name}")
                 try:
                     q, us, failed, found = run_script(
                         *PROGRAMS[name][1:], cases, Path(folder), options.env_dir
@@ -260,7 +260,7 @@ def main() -> int:
                     judged(case, arm, one) for (case, arm), one in zip(drawn_cases[kind], q, strict=True)
                 ]
                 rows.append(_row(kind, name, cases, verdicts, us, failed))
-    _say("")
+    command_line.say("")
     spent = os.times()
     settings = {"cases": count, "restarts": restarts, "seed": SEED, "dt": DT}
     settings |= {"processor_seconds": round(sum(spent[:4])), "seconds": round(spent.elapsed - begun)}
@@ -330,12 +330,6 @@ def _table(kind, rows) -> Table:
     return Table(
         title=f"{kind.capitalize()}s with a joint locked", headings=headings, rows=lines, notes=notes
     )
-
-
-def _say(text: str) -> None:
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r\033[K{text}")
-        sys.stderr.flush()
 
 
 def _options() -> argparse.Namespace:

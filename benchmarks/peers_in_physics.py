@@ -174,7 +174,7 @@ def goals(count: int):
         k += 1
         if feasible(case, arm, RESTARTS) == "other posture":
             found.append(case)
-            _say(f"goal {len(found)} of {count}")
+            command_line.say(f"goal {len(found)} of {count}")
     return found
 
 
@@ -277,7 +277,7 @@ def main() -> int:
         versions |= tried[0][1]
     circle, box = rows[: len(circles)], rows[len(circles) :]
     arrivals = [best([next(arrived) for _ in wired(who)]) for _, who, _ in trips]
-    _say("")
+    command_line.say("")
     ends = []
     for k in range(0, len(trips), max(1, len(cases))):
         (_, who, told), done = trips[k], arrivals[k : k + len(cases)]
@@ -409,12 +409,6 @@ def _goal_table(rows) -> Table:
         rows=_compared(rows, columns),
         notes=(note,),
     )
-
-
-def _say(text: str) -> None:
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r\033[K{text}")
-        sys.stderr.flush()
 
 
 def _options() -> argparse.Namespace:

@@ -18,7 +18,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import command_line
+from bench import command_line, results
+
+from ftqp.core.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENARIOS = Path("src/ftqp/app/scenarios")
@@ -132,21 +134,12 @@ def main() -> int:
     parser.add_argument("--names", metavar="A,B,...", help="only these scenarios")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        other = Path(folder) / "other"
-        made = subprocess.run(
-            ["git", "worktree", "add", "--detach", "--quiet", str(other), given.against],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-        )
-        if made.returncode != 0:
-            sys.stderr.write(f"{given.against!r} is no commit of this repository: {made.stderr.strip()}\n")
-            return 2
-        try:
+    try:
+        with results.checkout(given.against) as other:
             found, left_out = measured(other, given)
-        finally:
-            subprocess.run(["git", "worktree", "remove", "--force", str(other)], cwd=ROOT, check=False)
+    except InputError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
     differs = [one for one in found if one["differing"]]
     if given.json:
         sys.stdout.write(

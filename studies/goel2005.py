@@ -9,13 +9,12 @@ what does not reproduce. CPU times are those of one thread, compilation apart. R
 to ``--out``.
 """
 
-import json
 import sys
 import time
 from functools import cache, partial
 
 import numpy as np
-from bench import command_line, results
+from bench import results, study
 from papers.beside import Sheet, add_figures, drawn_sheets
 
 import ftqp
@@ -381,10 +380,7 @@ def markdown(result):
 
 def main() -> int:
     """Runs, prints, writes; 0 when done, 2 for bad input."""
-    parser = command_line.parser(__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer configurations, a hundredth of the runs")
-    results.add_out(parser, "goel2005")
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    parser = study.options(__doc__, "goel2005", "fewer configurations, a hundredth of the runs")
     add_figures(parser)
     given = parser.parse_args()
     if given.figures is not None:
@@ -400,14 +396,9 @@ def main() -> int:
         "limitations": list(LIMITATIONS),
     }
     name = results.stem("goel2005", name=None, quick=given.quick)
-    text = markdown(result)
-    try:
-        results.written(result, text, given.out, name, pictures(arrays, fields))
-    except ftqp.InputError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    sys.stdout.write((json.dumps(result) if given.json else text) + "\n")
-    return 0
+    return results.publish(
+        result, markdown(result), given.out, name, pictures(arrays, fields), as_json=given.json
+    )
 
 
 if __name__ == "__main__":

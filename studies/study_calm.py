@@ -29,7 +29,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from bench import command_line, results
+from bench import results, study
 from scipy.optimize import minimize
 
 import ftqp
@@ -270,7 +270,7 @@ def judged(drawn: Case, rng: np.random.Generator, calm: bool = True) -> dict[str
     }
 
 
-def study(runs: int, seed: int, calm: bool) -> list[dict[str, Any]]:
+def every_run(runs: int, seed: int, calm: bool) -> list[dict[str, Any]]:
     """A row a run."""
     return [judged(*case(number, seed), calm) for number in range(runs)]
 
@@ -313,14 +313,11 @@ def markdown(result: dict[str, Any]) -> str:
 
 def main() -> int:
     """Runs, prints, writes; 0 when done, 2 for bad input."""
-    parser = command_line.parser(__doc__)
+    parser = study.options(__doc__, "study_calm", "60 runs")
     parser.add_argument("--runs", type=int, default=2000, help="how many are drawn")
     parser.add_argument("--seed", type=int, default=1, help="which draw")
     parser.add_argument("--only", type=int, help="one run by its number")
     parser.add_argument("--off", action="store_true", help="without calm")
-    parser.add_argument("--quick", action="store_true", help="60 runs")
-    results.add_out(parser, "study_calm")
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     given = parser.parse_args()
     if given.only is not None:
         sys.stdout.write(json.dumps(judged(*case(given.only, given.seed), not given.off), indent=2) + "\n")
@@ -328,7 +325,7 @@ def main() -> int:
     runs = 60 if given.quick else given.runs
     settings = {"runs": runs, "seed": given.seed, "dt": DT, "calm": not given.off}
     result = results.circumstances("study_calm", (), settings) | {
-        "rows": study(runs, given.seed, not given.off),
+        "rows": every_run(runs, given.seed, not given.off),
         "limitations": list(LIMITATIONS),
     }
     name = results.stem("study_calm", name="off" if given.off else None, quick=given.quick)

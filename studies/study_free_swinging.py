@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from bench import command_line, results
+from bench import results, study
 from joblib import Parallel, delayed
 
 import ftqp
@@ -334,7 +334,7 @@ def joint_runs(name, joint, seed, postures, dampings, seconds, physics, at_rest)
 
 def main() -> int:
     """Runs, prints, writes; 0 when done, 2 for bad input."""
-    parser = command_line.parser(__doc__)
+    parser = study.options(__doc__, "study_free_swinging", "two postures, d = 0.5 only")
     parser.add_argument("--robots", nargs="+", default=list(ROBOTS))
     parser.add_argument("--joints", nargs="+", type=int, default=list(range(1, 8)), help="from 1")
     parser.add_argument("--dampings", nargs="+", type=float, default=list(DAMPINGS))
@@ -345,29 +345,14 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1, help="how many processes run them")
     parser.add_argument("--at-rest", action="store_true", help="arms begin at rest")
     parser.add_argument("--drawn", type=int, default=0, help="so many arms that are in no catalog, too")
-    parser.add_argument("--quick", action="store_true", help="two postures, d = 0.5 only")
-    results.add_out(parser, "study_free_swinging")
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     given = parser.parse_args()
     if given.quick:
         given.postures, given.dampings = 2, [0.5]
-    settings = {
-        "postures": given.postures,
-        "seed": given.seed,
-        "plant": given.physics,
-        "at rest": given.at_rest,
-    }
+    settings = {"postures": given.postures, "seed": given.seed, "plant": given.physics}
+    settings["at rest"] = given.at_rest
+    drawn = given.seed, given.postures, given.dampings, given.seconds, given.physics, given.at_rest
     work = [
-        delayed(joint_runs)(
-            name,
-            joint,
-            given.seed,
-            given.postures,
-            given.dampings,
-            given.seconds,
-            given.physics,
-            given.at_rest,
-        )
+        delayed(joint_runs)(name, joint, *drawn)
         for name in (*given.robots, *map(str, range(given.drawn)))
         for joint in given.joints
     ]

@@ -13,14 +13,12 @@ from the clock, so that a method that halts loses nothing by that.
 published like all others.
 """
 
-import argparse
-import platform
 import sys
-from datetime import date
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import study
+from bench.tables import Table
 from papers.tolerant_methods import EqualityLocks, HaltOptimization, NoiseTolerantNetwork
 from scipy.stats import binomtest, wilcoxon
 
@@ -41,7 +39,14 @@ ENDED, ON_LINE, LET_PASS = 2e-3, 5e-3, 1.0 + 1e-3
 """The tip has arrived within the first, and finished if it was never farther off than the second [m]."""
 ROUNDED = 1e-6
 """What a joint may be beyond its range [rad]: rounding."""
-PACKAGES = ("ftqp", "numpy", "numba", "scipy", "qpsolvers", "daqp", "pin")
+LIMITATIONS = (
+    "The methods are wired by us, from their published formulas (module `studies/papers/tolerant_methods.py` "
+    "names them and what differs); of halt optimization, whose open article is what is known of it here, the "
+    "floating base is left out.",
+    "None of the three knows limits of acceleration, and an instant lock in mid-motion asks for many times "
+    "what a joint has; ftqp keeps them, and pays for that with some distance at the moment of the lock.",
+    "Locks are reported at once. p is two-sided, not corrected for the number of pairs.",
+)
 
 
 class Motion:
@@ -164,14 +169,14 @@ def signed(own: list[dict[str, Any]], other: list[dict[str, Any]], key: str) -> 
     }  # fmt: skip
 
 
-def study(count: int, told: Any) -> dict[str, Any]:
+def every_motion(count: int) -> dict[str, Any]:
     """All motions under all methods, without and with drift."""
     motions = [Motion(name, k) for name in ARMS for k in range(count)]
     found = {}
     for drift in (0.0, DRIFT):
         rows = {}
         for method in METHODS:
-            told(f"{method}, drift {drift:g} rad/s")
+            sys.stderr.write(f"{method}, drift {drift:g} rad/s\n")
             rows[method] = [ridden(motion, method, drift) for motion in motions]
         found[f"{drift:g}"] = rows
     return found
@@ -199,82 +204,55 @@ def summary(found: dict[str, Any]) -> list[dict[str, Any]]:
     return lines
 
 
-def markdown(result: dict[str, Any]) -> str:
-    """The page."""
-    versions = ", ".join(f"{name} {result['versions'][name]}" for name in PACKAGES)
-    lines = [
-        "# Beside failure-tolerant methods of the literature",
-        "",
-        f"`{result['command']}`, {result['date']}, {result['machine']}, "
-        f"Python {result['versions']['python']}, {versions}.",
-        "",
-    ]
-    for drift in dict.fromkeys(row["drift"] for row in result["rows"]):
-        of = [row for row in result["rows"] if row["drift"] == drift]
-        lines += [
-            "## Arms that follow their commands" if drift == 0.0 else
-            f"## Every joint drifts by {drift:g} rad/s, and nobody knows",
-            "",
-            "| method | arrived | finished | and kept all limits | off the line: median, worst [mm] | "
-            "off its end, median [mm] | faster than v_max | beyond a_max | out of range |",
-            "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
-            *(f"| {row['method']} | {row['arrived']} of {row['motions']} | {row['finished']} | "
-              f"{row['kept']} | {1e3 * row['off']:.2f}, {1e3 * row['worst']:.0f} | {1e3 * row['end']:.3f} | "
-              f"{row['too_fast']} | {row['too_sudden']} | {row['beyond']} |" for row in of),
-            "",
-            "Pairs with `ftqp PathFollower`:",
-            "",
-            "| beside | only ftqp arrived, only it (sign test) | only ftqp finished, only it (sign test) | "
-            "the same within all limits | ftqp nearer the line, it (Wilcoxon) | ftqp nearer the end, it "
-            "(Wilcoxon) |",
-            "|---|---:|---:|---:|---:|---:|",
-            *(f"| {row['method']} | {_pairs(row['pairs_arrived'])} | {_pairs(row['pairs_finished'])} | "
-              f"{_pairs(row['pairs_kept'])} | "
-              f"{_pairs(row['pairs_off'])} | {_pairs(row['pairs_end'])} |"
-              for row in of if row["method"] != "ftqp PathFollower"),
-            "",
-        ]  # fmt: skip
-    lines += [
-        f"Arrived is within {1e3 * ENDED:g} mm of the end; finished is that, and never {1e3 * ON_LINE:g} mm",
-        "off the line after the lock. The last three columns count motions in which a joint that works was",
-        "beyond a limit.",
-        "Pairs count where they differ by more than 0.1 mm; p is two-sided, not corrected for their number.",
-        "",
-        "What this does not say: the methods are wired by us, from their published formulas (module",
-        "`studies/papers/tolerant_methods.py` names them and what differs); of halt optimization, whose open",
-        "article is what is known of it here, the floating base is left out. None of the three knows limits",
-        "of acceleration, and an instant lock in mid-motion asks for many times what a joint has; ftqp keeps",
-        "them, and pays for that with some distance at the moment of the lock. Locks are reported at once.",
-    ]
-    return "\n".join(lines) + "\n"
+def tables(found: dict[str, Any]) -> list[Table]:
+    """What became of the motions, and the pairs, without drift and with it."""
+    shown = []
+    for drift in dict.fromkeys(row["drift"] for row in found["rows"]):
+        of = [row for row in found["rows"] if row["drift"] == drift]
+        title = f"Every joint drifts by {drift:g} rad/s, and nobody knows" if drift else "Arms that follow"
+        shown.append(Table(
+            title=title,
+            headings=(
+                "method", "arrived", "finished", "and kept all limits",
+                "off the line: median, worst [mm]", "off its end, median [mm]", "faster than v_max",
+                "beyond a_max", "out of range",
+            ),
+            rows=[
+                (row["method"], f"{row['arrived']} of {row['motions']}", f"{row['finished']}",
+                 f"{row['kept']}", f"{1e3 * row['off']:.2f}, {1e3 * row['worst']:.0f}",
+                 f"{1e3 * row['end']:.3f}", *(f"{row[key]}" for key in ("too_fast", "too_sudden", "beyond")))
+                for row in of
+            ],
+            notes=(
+                f"Arrived is within {1e3 * ENDED:g} mm of the end; finished is that, and never "
+                f"{1e3 * ON_LINE:g} mm off the line after the lock. The last three columns count motions in "
+                "which a joint that works was beyond a limit.",
+            ),
+        ))  # fmt: skip
+        shown.append(Table(
+            title="Pairs with `ftqp PathFollower`: only ftqp, only it",
+            headings=(
+                "beside", "arrived (sign test)", "finished (sign test)", "the same within all limits",
+                "nearer the line (Wilcoxon)", "nearer the end (Wilcoxon)",
+            ),
+            rows=[
+                (row["method"], *(_pairs(row[f"pairs_{key}"]) for key in
+                 ("arrived", "finished", "kept", "off", "end")))
+                for row in of if row["method"] != "ftqp PathFollower"
+            ],
+            notes=("Pairs count where they differ by more than 0.1 mm.",),
+        ))  # fmt: skip
+    return shown
 
 
 def _pairs(pairs: dict[str, Any]) -> str:
     return f"{pairs['nearer']}, {pairs['farther']} (p = {pairs['p']:.2g})"
 
 
-def main() -> int:
-    """The command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--cases", type=int, default=25, metavar="N", help="motions of each arm (default 25)")
-    parser.add_argument("--json", action="store_true", help="print the rows as JSON")
-    results.add_out(parser, "tolerant_methods")
-    given = parser.parse_args()
-    if given.cases < 1:
-        parser.error(f"--cases is {given.cases}, expected at least 1")
-    quiet = not sys.stderr.isatty()
-    found = study(given.cases, lambda text: None if quiet else sys.stderr.write(f"\r\033[K{text}"))
-    result = {
-        "command": results.command("tolerant_methods", sys.argv[1:]),
-        "date": date.today().isoformat(),
-        "machine": f"{platform.machine()} {platform.system()}",
-        "versions": {"python": platform.python_version()} | results.packages(PACKAGES),
-        "rows": summary(found),
-    }
-    return results.publish(result, markdown(result), given.out, "tolerant_methods", as_json=given.json)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    parser = study.options(__doc__, "tolerant_methods", "two motions of each arm")
+    parser.add_argument("--cases", type=int, default=25, metavar="N", help="motions of each arm (default 25)")
+    study.on_record(
+        parser.parse_args(), "Beside failure-tolerant methods of the literature",
+        lambda given: {"rows": summary(every_motion(2 if given.quick else given.cases))}, tables, LIMITATIONS,
+    )  # fmt: skip

@@ -9,14 +9,13 @@ and what does not reproduce. Times are wall clock on all cores, compilation apar
 to ``--out``.
 """
 
-import json
 import sys
 import time
 from functools import cache, partial
 from itertools import product
 
 import numpy as np
-from bench import command_line, results
+from bench import results, study
 from papers.beside import Sheet, add_figures, draw_loop, drawn_sheets
 from scipy.spatial.transform import Rotation
 
@@ -375,10 +374,7 @@ SHEETS = {"2": path_sheet, "3": partial(lock_sheet, 4, 5.0), "4": partial(lock_s
 
 def main() -> int:
     """Runs, prints, writes; 0 when done, 2 for bad input."""
-    parser = command_line.parser(__doc__)
-    parser.add_argument("--quick", action="store_true", help="coarse grids, few speeds, few readings")
-    results.add_out(parser, "zhang2016")
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    parser = study.options(__doc__, "zhang2016", "coarse grids, few speeds, few readings")
     add_figures(parser)
     given = parser.parse_args()
     if given.figures is not None:
@@ -392,14 +388,7 @@ def main() -> int:
         "limitations": list(LIMITATIONS),
     }
     name = results.stem("zhang2016", name=None, quick=given.quick)
-    text = markdown(result)
-    try:
-        results.written(result, text, given.out, name, pictures)
-    except ftqp.InputError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    sys.stdout.write((json.dumps(result) if given.json else text) + "\n")
-    return 0
+    return results.publish(result, markdown(result), given.out, name, pictures, as_json=given.json)
 
 
 if __name__ == "__main__":

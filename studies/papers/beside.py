@@ -141,13 +141,7 @@ def publish(name: str, title: str, doc: str, page: str, work: Callable[[bool], F
         return files
 
     stem = results.stem(name, name=None, quick=given.quick)
-    try:
-        results.written(result, text, given.out, stem, drawn)
-    except FtqpError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    print(text)
-    return 0
+    return results.publish(result, text, given.out, stem, drawn)
 
 
 def _markdown(title: str, page: str, result: dict[str, Any]) -> str:
