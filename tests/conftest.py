@@ -16,11 +16,11 @@ from hypothesis import settings
 settings.register_profile("ftqp", deadline=None)
 settings.load_profile("ftqp")
 
-SCRIPTS = [Path(__file__).parent / name for name in ("solvers", "benchmarks", "studies")]
+SCRIPTS = [Path(__file__).parent / name for name in ("solvers", "benchmarks", "studies", "examples")]
 FROM_END_TO_END = (
-    "test_bench_", "test_study_", "test_campaign", "test_scripts", "test_well_wired",
+    "test_bench_", "test_study_", "test_campaign", "test_scripts", "test_well_wired", "test_examples",
 )  # fmt: skip
-"""Tests that run the script of a study from end to end: ``make test-all`` has them, ``make test`` has not."""
+"""Tests that run a script from end to end: ``make test-all`` has them, ``make test`` has not."""
 EVERY_COMBINATION = ("laws", "papers", "checker")
 """Folders of which ``make test`` has every combination, too, unless the test is long."""
 

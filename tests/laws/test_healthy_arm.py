@@ -55,6 +55,7 @@ def arm_of(robot, dt, wn, takes="position only", sigma=2e-5):
     return ServoArm(posture(robot), dt, takes=takes, wn=wn, sigma=sigma)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("drive", TAKES)
 @pytest.mark.parametrize("dt", [FAST, SLOW])
 @pytest.mark.parametrize("servo", SERVOS)
@@ -154,6 +155,7 @@ def test_a_lost_sensor_of_an_ideal_arm_is_survived_as_behind_servos(drive, wrong
     assert planner.stopped_because is None and set(planner.faults) == {PANDA.joints[3]}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("joint", range(6))
 @pytest.mark.parametrize("servo", ["10 Hz", "40 Hz"])
 @pytest.mark.parametrize("drive", TAKES)
@@ -236,6 +238,7 @@ def test_a_lock_soon_after_the_start_of_a_fast_motion_is_found(joint):
     assert set(p.faults) == {PANDA.joints[joint]} and k < 400
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("joint", [1, 4])
 @pytest.mark.parametrize("dry", [0.03, 0.06])
 def test_a_joint_that_dry_friction_holds_is_healthy(joint, dry, tmp_path):
