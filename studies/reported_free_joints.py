@@ -17,7 +17,7 @@ Full study: an hour on one core. Results go to ``studies/results`` unless --out 
 import logging
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from importlib.util import find_spec
@@ -118,6 +118,26 @@ def _scaled(robot: ftqp.Robot, q: Any) -> Any:
     return J
 
 
+def ridden(
+    plant: ftqp.MujocoPlant, planner: ftqp.Planner, way: Any, q: Any, controller: str, at: int,
+    fail: Callable[[ResolvedRates], None],
+) -> Iterator[tuple[int, Any]]:  # fmt: skip
+    """Each tick of an arm that one of the two leads, and what was sent; ``fail`` is called at a tick."""
+    rates, target = ResolvedRates(planner.robot, planner.dt, rows=planner.task_rows), ftqp.Target(way.pose[0])
+    planner.reset(q)
+    rates.reset(q)
+    for k in range(len(way.pose)):
+        if k == at:
+            fail(rates)
+        target.at(way.pose[k], way.twist[k], way.acceleration[k])
+        own = controller == "ftqp"
+        sent: Any = (
+            planner.step(plant.q, None, target) if own else rates.step(plant.q, way.pose[k], way.twist[k])
+        )
+        plant.advance(sent)
+        yield k, sent.reference if own else sent
+
+
 def episode(
     name: str, drive: str, joint: int, label: str, seed: int, controller: str, fails: bool
 ) -> dict[str, Any]:
@@ -136,24 +156,17 @@ def episode(
     way = path.sample(DT * np.arange(round(SECONDS / DT) + 1))
     rows = "pose" if n > 6 else "position"
     planner = ftqp.Planner(robot, DT, task=ftqp.Task(rows=rows), drive=drive)
-    rates = ResolvedRates(robot, DT, rows=planner.task_rows)
-    planner.reset(q)
-    rates.reset(q)
-    target, healthy = ftqp.Target(pose=robot.pose(q)), np.arange(n) != joint
-    fast, far, before = 0.0, 0.0, None
-    for k in range(len(way.pose)):
-        if k == round(AT / DT):
-            before = plant.q.copy()
-            if fails:
-                plant.fail(ftqp.FreeSwinging(joint))
-                planner.report(ftqp.FreeSwinging(joint))
-                rates.tell(joint)
-        target.at(way.pose[k], way.twist[k], way.acceleration[k])
-        if controller == "ftqp":
-            command: Any = planner.step(plant.q, None, target)
-        else:
-            command = rates.step(plant.q, way.pose[k], way.twist[k])
-        plant.advance(command)
+    healthy, fast, far, before = np.arange(n) != joint, 0.0, 0.0, q
+
+    def fail(rates: ResolvedRates) -> None:
+        nonlocal before
+        before = plant.q.copy()
+        if fails:
+            plant.fail(ftqp.FreeSwinging(joint))
+            planner.report(ftqp.FreeSwinging(joint))
+            rates.tell(joint)
+
+    for k, _ in ridden(plant, planner, way, q, controller, round(AT / DT), fail):
         fast = max(fast, float((np.abs(plant.v) / limits.v_max)[healthy].max()))
         if k % 20 == 0:
             far = max(far, float(np.linalg.norm(robot.pose(plant.q)[:3, 3] - way.pose[k][:3, 3])))
@@ -162,7 +175,6 @@ def episode(
     turn = float(np.linalg.norm(rotation_vector(end[:3, :3] @ way.pose[-1][:3, :3].T)))
     stopped = planner.stopped_because if controller == "ftqp" else None
     kept = off < NEAR and (rows == "position" or turn < TURNED)
-    assert before is not None
     return {
         "arm": name,
         "drive": drive,

@@ -2,7 +2,7 @@
 
     python studies/study_coverage.py             200 random locks of each scenario, motion and world
     python studies/study_coverage.py --cases 20  a look
-    python studies/study_coverage.py --keep DIR  keep rows and plans; the same command goes on from there
+    python studies/study_coverage.py --keep DIR  keep the plans, which take longest
 
 Every bundled scenario of this kind is taken with two motions: that of the scenario as it is, and its plan by
 dynamic programming with a free start. A random joint locks at a random sample, at once, and the planner is
@@ -16,10 +16,9 @@ A case is borderline, and listed apart, where the prediction has less than 0.01 
 the run's own error is between half the tolerance and twice the tolerance.
 """
 
-import argparse
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -27,7 +26,6 @@ from typing import Any
 
 import numpy as np
 from bench import command_line, docs
-from bench.results import circumstances
 from bench.tables import Table
 from scipy.spatial.transform import Rotation
 
@@ -35,8 +33,6 @@ import ftqp
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.scenario.setup import load
-from ftqp.app.study.results_file import ResultsFile
-from ftqp.app.study.runner import run_study
 from ftqp.kernel.layout.enums import SURVIVED, Survival
 
 SCENARIOS = ("zhang7-path", "zhang7-short", "panda-y-line", "iiwa-x-line", "planar3-line")
@@ -48,11 +44,6 @@ TOLERANCE = {"kinematic": (2e-3, 2e-2), "mujoco": (5e-3, 3e-2)}
 SETTLED = 0.3
 """The error counts from so long after the lock [s]."""
 BANDWIDTH = 2.0 * np.pi * 15.0
-COLUMNS = {
-    "scenario": "TEXT", "motion": "TEXT", "world": "TEXT", "joint": "INTEGER", "at": "REAL",
-    "status": "TEXT", "margin": "REAL", "hurry": "REAL", "left": "REAL", "turned_left": "REAL",
-    "error": "REAL", "turned": "REAL", "ended": "TEXT",
-}  # fmt: skip
 LIMITATIONS = (
     "In physics the planner's model of the arm is exact; servos, brakes and sampling are not.",
     "Plans are made with the defaults of `ftqp plan`.",
@@ -88,15 +79,12 @@ class Subject:
             task, q = found.task, found.q
         return setup, task, q, continuation_study(task)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Subject, (self.scenario, self.motion, self.world, self.plans)
-
     @property
     def file(self) -> Path:
         """Where the plan is kept that makes this motion."""
         return self.plans / f"{self.scenario}.npz"
 
-    def case(self, joint: int, k: int) -> tuple[Any, ...]:
+    def case(self, joint: int, k: int) -> dict[str, Any]:
         """The row of one lock at sample k."""
         setup, task, q, study = self.made
         failed = np.array([joint])
@@ -104,11 +92,13 @@ class Subject:
         told = study.runs(q[k][None], [k], failed, bounded=bounded)
         left = study.runs(q[k][None], [k], failed, bounded=True, whole=True)
         error, turned, ended = self.ridden(joint, float(task.t[k]))
-        return (
-            self.scenario, self.motion, self.world, joint, float(task.t[k]), Survival(told.status[0]).name,
-            float(min(told.margin[0], 1e9)), float(told.hurry[0]), float(left.position[0]),
-            float(left.rotation[0]), error, turned, ended,
-        )  # fmt: skip
+        return {
+            "scenario": self.scenario, "motion": self.motion, "world": self.world, "joint": joint,
+            "at": float(task.t[k]), "status": Survival(told.status[0]).name,
+            "margin": float(min(told.margin[0], 1e9)), "hurry": float(told.hurry[0]),
+            "left": float(left.position[0]), "turned_left": float(left.rotation[0]), "error": error,
+            "turned": turned, "ended": ended,
+        }  # fmt: skip
 
     def ridden(self, joint: int, at: float) -> tuple[float, float, str]:
         """The true tip's largest errors once it has settled [m, rad], and how the run ended."""
@@ -142,31 +132,6 @@ class Subject:
         return float(off.max()), float(turn.max()), result.final_status.name
 
 
-@dataclass(frozen=True)
-class Locks:
-    """Runs the cases of the study.
-
-    Attributes:
-        seed: Of all cases.
-        cases: Of each subject.
-        subjects: What is looked at.
-    """
-
-    seed: int
-    cases: int
-    subjects: tuple[Subject, ...]
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
-        """The rows of some cases."""
-        return [self._case(item) for item in items]
-
-    def _case(self, item: int) -> tuple[Any, ...]:
-        subject = self.subjects[item // self.cases]
-        random = np.random.default_rng([self.seed, item])
-        _, task, _, _ = subject.made
-        return subject.case(int(random.integers(task.robot.nv)), int(random.integers(1, task.N)))
-
-
 def verdicts(row: dict[str, Any]) -> tuple[bool, bool, bool]:
     """Whether a pair survives as predicted and as run, and whether either is borderline."""
     near, turned = TOLERANCE[row["world"]]
@@ -180,11 +145,10 @@ def verdicts(row: dict[str, Any]) -> tuple[bool, bool, bool]:
     return predicted, ran, bool(close or 0.5 <= share <= 2.0)
 
 
-def _summary(rows: Sequence[Sequence[Any]]) -> dict[str, Any]:
+def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Agreement by scenario, motion and world, and every case that disagrees."""
-    table = [dict(zip(["item", *COLUMNS], row, strict=True)) for row in rows]
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
-    for row in table:
+    for row in rows:
         groups.setdefault((row["scenario"], row["motion"], row["world"]), []).append(row)
     found, apart = [], []
     for (scenario, motion, world), some in groups.items():
@@ -207,30 +171,37 @@ def _summary(rows: Sequence[Sequence[Any]]) -> dict[str, Any]:
 
 def main() -> int:
     """Run, print, write; 0 when done, 2 for bad input."""
-    options = _options()
+    parser = command_line.parser(__doc__)
+    add, whole = parser.add_argument, command_line.at_least_one
+    add("--cases", type=whole, default=200, metavar="N", help="random locks each (default 200)")
+    add("--seed", type=int, default=12, metavar="K", help="of all cases (default 12)")
+    add("--keep", type=Path, metavar="DIR", help="folder in which plans are kept")
+    docs.options(parser)
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch) if options.keep is None else Path(options.keep)
+        folder = options.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
         _plans(folder)
-        subjects = tuple(
+        subjects = [
             Subject(scenario, motion, world, folder)
             for world in WORLDS
             for scenario in SCENARIOS
             for motion in MOTIONS
             if world == "kinematic" or load(scenario).robot.has_inertia
-        )
-        key = f"{options.seed} {options.cases} {ftqp.__version__}"
-        with ResultsFile(folder, kind="coverage in closed loop", key=key, columns=COLUMNS) as results:
-            work = Locks(options.seed, options.cases, subjects)
-            run_study(work, options.cases * len(subjects), results, what="locks", jobs=1)
-            found = _summary(results.table())
-    result = {
-        **circumstances("study_coverage", [], {"cases": options.cases, "seed": options.seed}),
-        **found,
-        "limitations": list(LIMITATIONS),
-    }
+        ]
+        found = _summary(list(_locks(options.seed, options.cases, subjects)))
+    settings = {"cases": options.cases, "seed": options.seed}
+    result = docs.measured("study_coverage", settings, [], LIMITATIONS, **found)
     docs.publish(result, "Prediction against execution", _tables(found), options)
     return 0
+
+
+def _locks(seed: int, cases: int, subjects: list[Subject]) -> Iterator[dict[str, Any]]:
+    """A row for each random lock of each subject."""
+    for item in range(cases * len(subjects)):
+        subject, random = subjects[item // cases], np.random.default_rng([seed, item])
+        task = subject.made[1]
+        yield subject.case(int(random.integers(task.robot.nv)), int(random.integers(1, task.N)))
 
 
 def _plans(folder: Path) -> None:
@@ -277,24 +248,6 @@ def _tables(found: dict[str, Any]) -> list[Table]:
             rows=apart,
         ),
     ]  # fmt: skip
-
-
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    parser.add_argument(
-        "--cases",
-        type=command_line.at_least_one,
-        default=200,
-        metavar="N",
-        help="random locks each (default 200)",
-    )
-    parser.add_argument("--seed", type=int, default=12, metavar="K", help="of all cases (default 12)")
-    parser.add_argument(
-        "--keep", metavar="DIR", help="folder in which rows and plans are kept, to go on with"
-    )
-    docs.options(parser)
-    options: argparse.Namespace = parser.parse_args()
-    return options
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ import numpy as np
 import pinocchio as pin
 from bench import study
 from bench.tables import Table
-from reported_free_joints import ARMS, CONTROLLERS, DRIVES, FAST, NEAR, arm, start
+from reported_free_joints import ARMS, CONTROLLERS, DRIVES, FAST, NEAR, arm, ridden, start
 
 import ftqp
 from ftqp.sim.rival import ResolvedRates
@@ -61,31 +61,21 @@ def episode(
     path = ftqp.paths.Circle(robot.pose(q), RADIUS, duration=SECONDS, axes=(turned[0], turned[1]))
     way = path.sample(DT * np.arange(round((SECONDS + REST) / DT)))
     planner = ftqp.Planner(robot, DT, task=ftqp.Task(rows="position"), drive=drive)
-    rates = ResolvedRates(robot, DT, rows=planner.task_rows)
-    planner.reset(q)
-    rates.reset(q)
-    target, told = ftqp.Target(pose=robot.pose(q)), round(AT / DT)
-    fast = dropped = left = far = 0.0
-    least = np.inf
-    for k in range(len(way.pose)):
-        if k == told:
-            held = abs(weight(robot, plant.q)[joint])
-            if held < LEAST * limits.tau_max.max():
-                return None
-            left = min(room * held, limits.tau_max[joint])
-            fault = ftqp.Degraded(joint, torque=left / limits.tau_max[joint])
-            plant.fail(fault)
-            planner.report(fault)
-        target.at(way.pose[k], way.twist[k], way.acceleration[k])
-        if controller == "ftqp":
-            command: Any = planner.step(plant.q, None, target)
-        else:
-            command = rates.step(plant.q, way.pose[k], way.twist[k])
-        sent = float((command.reference if controller == "ftqp" else command).q[joint])
-        plant.advance(command)
+    told, fast, dropped, left, far, least = round(AT / DT), 0.0, 0.0, 0.0, 0.0, np.inf
+
+    def weaken(_: ResolvedRates) -> None:
+        nonlocal left
+        left = min(room * abs(weight(robot, plant.q)[joint]), limits.tau_max[joint])
+        fault = ftqp.Degraded(joint, torque=left / limits.tau_max[joint])
+        plant.fail(fault)
+        planner.report(fault)
+
+    for k, sent in ridden(plant, planner, way, q, controller, told, weaken):
+        if k == told - 1 and abs(weight(robot, plant.q)[joint]) < LEAST * limits.tau_max.max():
+            return None
         fast = max(fast, float((np.abs(plant.v) / limits.v_max).max()))
         if k >= told:
-            dropped = max(dropped, float(abs(sent - plant.q[joint])))
+            dropped = max(dropped, float(abs(sent.q[joint] - plant.q[joint])))
             if k % 10 == 0:
                 least = min(least, float(1.0 - abs(weight(robot, plant.q)[joint]) / left))
                 far = max(far, float(np.linalg.norm(robot.pose(plant.q)[:3, 3] - way.pose[k][:3, 3])))

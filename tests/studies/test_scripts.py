@@ -8,7 +8,7 @@ from pathlib import Path
 import compare_scenarios
 import numpy as np
 import pytest
-from study_coverage import COLUMNS, Subject, verdicts
+from study_coverage import Subject, verdicts
 from tests.scripts import ran, told
 
 INCH = 0.0254
@@ -96,7 +96,7 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(
 def test_a_lock_that_is_survived_and_one_that_is_not_end_as_predicted():
     subject = Subject("planar3-line", "as it is", "kinematic", Path())
     for joint, sample, survives in ((2, 100, True), (0, 100, False)):
-        row = dict(zip(COLUMNS, subject.case(joint, sample), strict=True))
+        row = subject.case(joint, sample)
         assert verdicts(row) == (survives, survives, False)
         assert row["at"] == pytest.approx(2.5)
 
