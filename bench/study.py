@@ -46,7 +46,8 @@ def on_record(
     """
     logging.getLogger("ftqp").setLevel(logging.ERROR)
     name, began = Path(sys.argv[0]).stem, process_time()
-    settings = {key: value for key, value in vars(given).items() if key not in ("out", "json", "quick")}
+    left_out = ("out", "json", "quick", *(option.lstrip("-") for option in results.PLACES))
+    settings = {key: value for key, value in vars(given).items() if key not in left_out}
     quick = given.quick if quick is None else quick
     found = measure(given)
     result = results.circumstances(name, [], settings | {"processor_seconds": round(process_time() - began)})

@@ -14,15 +14,13 @@ Backends are taken with default settings or a profile, cold, through ``ftqp.qp.s
 residuals. Half a minute on one core. Results go to ``solvers/results`` unless --out says otherwise.
 """
 
-import argparse
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import command_line, results
+from bench import results, study
 from bench.contenders import Contender, contenders
 from bench.tables import Table
 from scipy.io import loadmat
@@ -114,52 +112,41 @@ def row(title: str, who: Contender, problems: list[QP], wanted: SolveStatus) -> 
     }  # fmt: skip
 
 
-def main() -> int:
-    """Solve, print, write; 0 when done, 2 where a file cannot be written."""
-    options = _options()
-    count, solved, empty = QUICK if options.quick else COUNT, SolveStatus.SOLVED, SolveStatus.INFEASIBLE
+def measured(given: Any) -> dict[str, Any]:
+    """Every backend on every set."""
+    count, solved, empty = QUICK if given.quick else COUNT, SolveStatus.SOLVED, SolveStatus.INFEASIBLE
     sets: list[tuple[str, Callable[[], Iterator[QP]], SolveStatus]] = [
         ("random, semidefinite", lambda: (flat_qp(k) for k in range(count)), solved)
     ]
-    if options.sets is not None:
-        sets += [("Maros and Meszaros", lambda: maros_meszaros(options.sets), solved)]
-        sets += [("model predictive control", lambda: predictive_control(options.sets), solved)]
+    if given.sets is not None:
+        sets += [("Maros and Meszaros", lambda: maros_meszaros(given.sets), solved)]
+        sets += [("model predictive control", lambda: predictive_control(given.sets), solved)]
     for margin in MARGINS:
         made = lambda margin=margin: (contradicting_qp(k, margin) for k in range(count // 10))  # noqa: E731
         sets.append((f"infeasible by {margin:g}", made, empty))
-    found, chosen = [], contenders(CONTENDERS)
+    rows, chosen = [], contenders(CONTENDERS)
     for title, problems, wanted in sets:
-        given = list(problems())
-        found += [row(title, who, given, wanted) for who in chosen if given]
-    settings = {"random": count, "sets": "random" if options.sets is None else "all"}
-    result = results.circumstances("compare_semidefinite", chosen, settings)
-    result |= {"rows": found, "limitations": list(LIMITATIONS)}
-    table = Table(
-        title="QPs that no planner poses",
-        headings=("set", "backend", "right", "median [ms]", "worst [ms]"),
-        rows=[
-            (one["set"], one["backend"], f"{one['right']} of {one['of']}", f"{one['median']:.2f}",
-             f"{one['worst']:.1f}")
-            for one in found
-        ],
-        notes=("Right: solved to the residuals of `ftqp.qp.accepted`, or proven infeasible.",),
-    )  # fmt: skip
-    lines = [*results.preamble(table.title, result), *table.markdown(), *results.appendix(result)]
-    name = results.stem("compare_semidefinite", name=None, quick=options.quick)
-    return results.publish(result, "\n".join(lines), options.out, name, as_json=options.json)
+        found = list(problems())
+        rows += [row(title, who, found, wanted) for who in chosen if found]
+    settings = {who.name: who.settings for who in chosen}
+    return {"versions": results.versions(chosen), "contenders": settings, "rows": rows}
 
 
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    parser.add_argument(
-        "--sets", type=Path, metavar="DIR", help="where the two sets were cloned (default: neither)"
-    )
-    parser.add_argument("--quick", action="store_true", help=f"{QUICK} random QPs in place of {COUNT}")
-    parser.add_argument("--json", action="store_true", help="print one JSON object in place of the report")
-    results.add_out(parser, "compare_semidefinite")
-    options: argparse.Namespace = parser.parse_args()
-    return options
+def tables(found: dict[str, Any]) -> list[Table]:
+    """A row for each set and backend."""
+    lines = [
+        (one["set"], one["backend"], f"{one['right']} of {one['of']}", f"{one['median']:.2f}",
+         f"{one['worst']:.1f}")
+        for one in found["rows"]
+    ]  # fmt: skip
+    headings = ("set", "backend", "right", "median [ms]", "worst [ms]")
+    note = "Right: solved to the residuals of `ftqp.qp.accepted`, or proven infeasible."
+    return [Table(title="By set and backend", headings=headings, rows=lines, notes=(note,))]
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    parser = study.options(__doc__, "compare_semidefinite", f"{QUICK} random QPs in place of {COUNT}")
+    cloned = "where the two sets were cloned (default: neither)"
+    parser.add_argument("--sets", type=Path, metavar="DIR", help=cloned)
+    given = parser.parse_args()
+    study.on_record(given, "QPs that no planner poses", measured, tables, LIMITATIONS)

@@ -23,13 +23,13 @@ from 2 s of rest on while the error does not fall, and an arm that holds an erro
 """
 
 import json
-import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from bench import results, study
+from bench import study
+from bench.tables import Table
 from scipy.optimize import minimize
 
 import ftqp
@@ -270,67 +270,50 @@ def judged(drawn: Case, rng: np.random.Generator, calm: bool = True) -> dict[str
     }
 
 
-def every_run(runs: int, seed: int, calm: bool) -> list[dict[str, Any]]:
-    """A row a run."""
-    return [judged(*case(number, seed), calm) for number in range(runs)]
-
-
-def _table(rows: Sequence[dict[str, Any]], by: str) -> list[str]:
-    lines = [
-        f"| {by} | runs | rest | travel | far | slow | move | at limits | hold short | held |",
-        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
-    ]
+def _table(rows: Sequence[dict[str, Any]], by: str) -> Table:
+    """How runs end, by the values of a key."""
+    lines = []
     for value in [*sorted({str(row[by]) for row in rows}), "all"]:
         own = [row for row in rows if value == "all" or str(row[by]) == value]
         kinds = [sum(row["kind"] == kind for row in own) for kind in KINDS]
         laws = [sum(law in row["broken"] for row in own) for law in ("at its limits", "holds short")]
-        held = sum(row["holding"] for row in own)
-        lines.append(f"| {value} | {len(own)} | {' | '.join(map(str, [*kinds, *laws, held]))} |")
-    return [*lines, ""]
+        lines.append((value, *map(str, (len(own), *kinds, *laws, sum(row["holding"] for row in own)))))
+    heads = (by, "runs", "rest", "travel", "far", "slow", "move", "at limits", "hold short", "held")
+    return Table(title=f"By {by}", headings=heads, rows=lines)
 
 
-def markdown(result: dict[str, Any]) -> str:
+def tables(found: dict[str, Any]) -> list[Table]:
     """The tables for a reader, and every exception."""
-    rows = result["rows"]
-    exceptions = [row for row in rows if row["broken"]]
-    lines = [*results.preamble("Whether arms come to rest", result)]
-    lines += [f"{len(exceptions)} exceptions in {len(rows)} runs.", ""]
-    for by in ("robot", "target", "start", "level", "mode"):
-        lines += _table(rows, by)
-    lines += [
-        "| number | case | breaks | speed | last motion [s] | at limits [s] | error [m] | held |",
-        "|---:|---|---|---:|---:|---:|---:|---|",
-    ]
-    for row in exceptions:
+    rows, lines = found["rows"], []
+    for row in (row for row in rows if row["broken"]):
         fault = "healthy" if row["fault"] < 0 else f"joint {row['fault']} locked at {row['at']:g} s"
-        about = ", ".join(str(row[k]) for k in ("robot", "target", "start", "level", "mode", "rows"))
-        lines.append(
-            f"| {row['number']} | {about}, {fault} | {', '.join(row['broken'])} | {row['speed']:.3f} "
-            f"| {row['last']:.2f} | {row['at_limit']:.2f} | {row['error']:.4f} | {row['holding']} |"
-        )
-    return "\n".join([*lines, "", *results.appendix(result)])
+        about = [str(row[key]) for key in ("robot", "target", "start", "level", "mode", "rows")]
+        lines.append((
+            str(row["number"]), ", ".join([*about, fault]), ", ".join(row["broken"]), f"{row['speed']:.3f}",
+            f"{row['last']:.2f}", f"{row['at_limit']:.2f}", f"{row['error']:.4f}", str(row["holding"]),
+        ))  # fmt: skip
+    heads = (
+        "number", "case", "breaks", "speed", "last motion [s]", "at limits [s]", "error [m]", "held",
+    )  # fmt: skip
+    every = Table(title=f"{len(lines)} exceptions in {len(rows)} runs", headings=heads, rows=lines)
+    return [*(_table(rows, by) for by in ("robot", "target", "start", "level", "mode")), every]
 
 
-def main() -> int:
-    """Runs, prints, writes; 0 when done, 2 for bad input."""
+def measured(given: Any) -> dict[str, Any]:
+    """A row a run."""
+    runs = 60 if given.quick else given.runs
+    return {"rows": [judged(*case(number, given.seed), not given.off) for number in range(runs)]}
+
+
+if __name__ == "__main__":
     parser = study.options(__doc__, "study_calm", "60 runs")
     parser.add_argument("--runs", type=int, default=2000, help="how many are drawn")
     parser.add_argument("--seed", type=int, default=1, help="which draw")
     parser.add_argument("--only", type=int, help="one run by its number")
-    parser.add_argument("--off", action="store_true", help="without calm")
+    parser.add_argument("--off", action="store_true", help="without calm; goes on record as a quick run")
     given = parser.parse_args()
-    if given.only is not None:
-        sys.stdout.write(json.dumps(judged(*case(given.only, given.seed), not given.off), indent=2) + "\n")
-        return 0
-    runs = 60 if given.quick else given.runs
-    settings = {"runs": runs, "seed": given.seed, "dt": DT, "calm": not given.off}
-    result = results.circumstances("study_calm", (), settings) | {
-        "rows": every_run(runs, given.seed, not given.off),
-        "limitations": list(LIMITATIONS),
-    }
-    name = results.stem("study_calm", name="off" if given.off else None, quick=given.quick)
-    return results.publish(result, markdown(result), given.out, name, as_json=given.json)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    if given.only is None:
+        quick = given.quick or given.off
+        study.on_record(given, "Whether arms come to rest", measured, tables, LIMITATIONS, quick=quick)
+    else:
+        print(json.dumps(judged(*case(given.only, given.seed), not given.off), indent=2))

@@ -10,8 +10,8 @@ told = partial(scripts.told, "studies/study_calm.py")
 
 
 def test_arms_rest_with_calm_and_the_report_lists_what_does_not(tmp_path: Path) -> None:
-    result = json.loads(told("--quick", "--json", "--out", str(tmp_path)))
-    rows = result["rows"]
+    told("--quick", "--out", str(tmp_path))
+    rows = json.loads((tmp_path / "study_calm-quick.json").read_text(encoding="utf-8"))["rows"]
     assert len(rows) == 60 and {row["mode"] for row in rows} == {"slack", "hard", "scaled", "lexicographic"}
     assert sum(bool(row["broken"]) for row in rows) <= 1
     text = (tmp_path / "study_calm-quick.md").read_text(encoding="utf-8")
