@@ -99,15 +99,6 @@ def test_every_table_and_every_list_of_a_text_became_one(texts):
 
 
 @pytest.mark.slow
-def test_every_public_name_has_its_place_in_the_reference(texts):
-    found = {
-        one for name, text in texts.items() if name.startswith("reference/api/") for one in SAID.findall(text)
-    }
-    public = module("reference_pages").public()
-    assert len(public) > 150 and not set(public) - found
-
-
-@pytest.mark.slow
 def test_every_command_and_every_key_of_a_scenario_is_explained(texts):
     from ftqp.app.commands.cli import app
     from ftqp.app.output.tables import keys
@@ -318,19 +309,3 @@ def test_an_unknown_key_is_an_error():
         PluginError, match=r"theory/x\.md cites @nobody1999, which docs/references\.bib does not"
     ):
         module("citations").on_page_markdown("[@nobody1999]", page)
-
-
-def test_a_build_says_how_many_pages_are_made_and_how_long_it_takes(capsys, monkeypatch):
-    progress = module("docs_progress")
-    clock = iter([0.0, 5.0, 10.0, 15.0, 20.0])
-    monkeypatch.setattr(progress, "monotonic", lambda: next(clock))
-    monkeypatch.setattr(sys, "stderr", SimpleNamespace(isatty=lambda: True, write=sys.stdout.write))
-    progress.on_files(SimpleNamespace(documentation_pages=lambda: [None, None]), None)
-    for _ in range(2):
-        progress.on_page_content("", None, None, None)
-    for _ in range(2):
-        progress.on_post_page("", None, None)
-    lines = [line.strip() for line in capsys.readouterr().out.split("\r")[1:]]
-    assert lines[0] == "0 of 2 pages, about 15 s left" and lines[1:] == [
-        "1 of 2 pages, about 10 s left", "1 of 2 pages, about 5 s left", "2 of 2 pages, about 0 s left",
-    ]  # fmt: skip

@@ -1,9 +1,5 @@
 import json
 import resource
-import signal
-import subprocess
-import sys
-import textwrap
 
 import numpy as np
 import pytest
@@ -55,36 +51,6 @@ def test_any_python_reads_the_rows_as_the_file_itself_says(tmp_path):
     about = json.loads((tmp_path / "log.json").read_text())
     assert [column["name"] for column in about["columns"]] == ["t", "q.a", "q.b", "status"]
     np.testing.assert_array_equal(np.load(tmp_path / "log.npy"), rows(0, BLOCK + 4))
-
-
-@pytest.mark.long
-def test_killed_process_leaves_a_readable_log(tmp_path):
-    path = tmp_path / "log.npy"
-    script = textwrap.dedent(
-        f"""
-        import numpy as np, sys
-        from ftqp.sim.log.log_writer import LogWriter
-        from ftqp.sim.log.signals import Column
-        log = LogWriter({str(path)!r}, [Column("t", "s", "time")], {{"dt": 0.01}})
-        k = 0
-        while True:
-            log.write(k, 0.01 * np.arange(k, k + 7)[:, None])
-            k += 7
-            print(k, flush=True)
-        """
-    )
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    for line in process.stdout:
-        if int(line) >= 700:
-            process.send_signal(signal.SIGKILL)
-            break
-    process.wait()
-    process.stdout.close()
-    log = load_log(path)
-    assert len(log) >= 700
-    np.testing.assert_array_equal(log["t"], 0.01 * np.arange(len(log)))
-    assert log.metadata["dt"] == 0.01
 
 
 def test_existing_file_is_never_overwritten(tmp_path):

@@ -1,14 +1,11 @@
 """A long log in parts: each is a log, all are one, and no interrupt loses what was written."""
 
-import resource
-
 import numpy as np
 import pytest
 
-from ftqp.core.errors import FtqpError, InputError
-from ftqp.sim.log import log_writer
+from ftqp.core.errors import InputError
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.log_writer import LogParts, LogWriter, PartedLog, log_files
+from ftqp.sim.log.log_writer import LogParts, PartedLog, log_files
 from ftqp.sim.log.signals import Column
 
 COLUMNS = [Column("t", "s", "time"), Column("q.a", "rad", "position"), Column("q.b", "rad", "position")]
@@ -95,56 +92,3 @@ def test_a_run_that_was_killed_between_two_parts_has_all_rows(tmp_path):
     written(tmp_path)
     (tmp_path / "log.npy").unlink()
     np.testing.assert_array_equal(load_log(tmp_path)["q.a"], np.arange(80))
-
-
-PLACES = {
-    "annotate": (LogWriter, "annotate"),
-    "close": (LogWriter, "close"),
-    "rename": (log_writer.Path, "rename"),
-    "unlink": (log_writer.Path, "unlink"),
-    "made": (PartedLog, "_made"),
-    "made-late": (PartedLog, "_made"),
-}
-
-
-@pytest.mark.parametrize("where", PLACES)
-def test_turning_to_a_new_part_can_be_interrupted_anywhere(tmp_path, monkeypatch, where):
-    log = PartedLog(LogParts(path=tmp_path / "log.npy", rows=20, keep=2), COLUMNS, {})
-    for first in (0, 20, 40):
-        log.write(first, rows(first, 20))
-    place, name = PLACES[where]
-    body = getattr(place, name)
-
-    def interrupted(*args, **keywords):
-        if where == "made-late":
-            body(*args, **keywords).close()
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(place, name, interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            log.write(60, rows(60, 20))
-    log.write(60, rows(60, 20))
-    log.annotate({"state": "interrupted"})
-    log.close()
-    assert names(tmp_path) == ["log-00003.npy", "log.npy"]
-    found = load_log(tmp_path)
-    np.testing.assert_array_equal(found["q.a"], np.arange(40, 80))
-    assert found.metadata["state"] == "interrupted"
-
-
-def test_a_disk_that_is_full_in_the_middle_keeps_all_parts_before(tmp_path):
-    log = PartedLog(LogParts(path=tmp_path / "log.npy", rows=20), COLUMNS, {})
-    for first in (0, 20, 40):
-        log.write(first, rows(first, 20))
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (10, hard))
-    try:
-        with pytest.raises(FtqpError, match="cannot be"):
-            log.write(60, rows(60, 20))
-        with pytest.raises(FtqpError, match="cannot be"):
-            log.write(60, rows(60, 20))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    log.close()
-    np.testing.assert_array_equal(load_log(tmp_path)["q.a"], np.arange(60))
