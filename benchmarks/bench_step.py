@@ -18,7 +18,6 @@ import json
 import sys
 import tempfile
 from dataclasses import asdict, replace
-from datetime import datetime
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -52,10 +51,8 @@ def main() -> int:
         messages.print("interrupted; nothing was written")
         return 130
     except environments.NotInstalled as error:
-        messages.print(
-            f"{error}; the tables of docs/evidence/speed.md need it: nothing was measured",
-            soft_wrap=True,
-        )
+        needed = "the tables of docs/evidence/speed.md need it: nothing was measured"
+        messages.print(f"{error}; {needed}", soft_wrap=True)
         return 2
     if options.json:
         sys.stdout.write(json.dumps(result) + "\n")
@@ -67,11 +64,8 @@ def main() -> int:
         tables = [report.reached(result), report.missed(result), *report.contenders(result)]
         files += docs.shown(result, files[0], {docs.SPEED: tables})
     elif options.update_docs:
-        messages.print(
-            "a ratio is missing, so the result on record, the texts were left as they are",
-            style="yellow",
-            soft_wrap=True,
-        )
+        left = "a ratio is missing, so that the result on record and the texts were left as they are"
+        messages.print(left, style="yellow", soft_wrap=True)
     for file in files:
         messages.print(f"wrote {file}", soft_wrap=True)
     return 0 if any(any(result[f"us{suffix}"].values()) for suffix in report.SUFFIXES.values()) else 1
@@ -99,12 +93,8 @@ def _options() -> argparse.Namespace:
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--quick", action="store_true", help="few steps: shows that it works, figures mean little")
     command_line.add_ways(parser)
-    add(
-        "--steps",
-        type=command_line.at_least_one,
-        metavar="N",
-        help="at most so many timed steps a variant and way",
-    )
+    most = "at most so many timed steps a variant and way"
+    add("--steps", type=command_line.at_least_one, metavar="N", help=most)
     add("--update-docs", action="store_true", help="put the tables into the page about speed")
     add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go")
     add("--env-dir", type=Path, default=environments.DEFAULT, metavar="DIR", help="the peers' environments")
@@ -148,19 +138,18 @@ def _measured(options: argparse.Namespace, messages: Console) -> dict[str, Any]:
         finally:
             for worker in workers:
                 worker.close()
+    told = {way: ", ".join(f"{k} {v}" for k, v in asdict(settings[way]).items()) for way in options.ways}
     return {
-        "benchmark": "bench_step",
-        "date": datetime.now().astimezone().isoformat(timespec="seconds"),
-        "command": results.command("bench_step", sys.argv[1:]),
+        **results.circumstances("bench_step", [], told | {"dt": cases.DT, "period": PERIOD}),
         **report.ratios(rows),
-        "settings": {
-            **{way: ", ".join(f"{k} {v}" for k, v in asdict(settings[way]).items()) for way in options.ways},
-            "dt": cases.DT,
-            "period": PERIOD,
-        },
         "steps": {way: settings[way].steps for way in options.ways},
         "machine": machine,
-        "programs": programs,
+        "versions": {
+            name: f"{', '.join(map(' '.join, said['versions'].items()))} "
+            f"(core {said['settled']['core']}, priority {said['settled']['priority']})"
+            for name, said in programs.items()
+        },
+        "contenders": {},
         "cases": rows,
         "left_out": {name: _reasons(places) for name, places in left_out.items()},
         "limitations": list(report.LIMITATIONS),

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from bench import results
 from bench.tables import Table, quantity
 from bench.ways import WAYS
 from rich.console import Console, Group
@@ -21,24 +22,16 @@ TASKS = {
 SUFFIXES = {way: "" if way == "best" else f"_{way}" for way in WAYS}
 """What follows a key of the result where it is about another way than ``best``."""
 
-MARKS = {
-    "panda_velocity": {"best": 0.35, "readme": 0.42, "paced": 0.50},
-    "panda_torque": {"best": 0.18, "readme": 0.24, "paced": 0.33},
-    "chain30_velocity": {"best": 0.22},
-    "chain30_torque": {"best": 0.10},
-}
-"""What the ratio of p50 shall be at most."""
-
 GOALS = {
     "panda_velocity": {"best": 0.25, "readme": 0.33, "paced": 0.40},
     "panda_torque": {"best": 0.12, "readme": 0.20, "paced": 0.25},
     "chain30_velocity": {"best": 0.12, "readme": 0.18, "paced": 0.25},
     "chain30_torque": {"best": 0.08, "readme": 0.12, "paced": 0.15},
 }
-"""Where it shall come to in the end."""
+"""What the ratio of p50 shall be at most."""
 
-TAIL_MARK = 1.0
-"""What the ratio of p99.9 shall be at most."""
+TAIL_GOAL = 1.0
+"""What that of p99.9 shall be at most."""
 
 LIMITATIONS = (
     "Microseconds belong to this machine; ratios of one run carry over better, and only for the same task.",
@@ -121,7 +114,9 @@ def short(result: dict[str, Any]) -> Table:
             ours, reference = result[f"us{suffix}"][task], result[f"placo{suffix}"][task]
             ratio = result[f"ratios_to_placo{suffix}"][task]
             cells.append(
-                "-" if ratio is None else f"{ratio:.2f} ({_us(ours['p50'])} / {_us(reference['p50'])} us)"
+                "-"
+                if ratio is None
+                else f"{ratio:.2f} ({quantity(ours['p50'])} / {quantity(reference['p50'])} us)"
             )
         rows.append((name, *cells))
     return Table(title=f"p50 of a whole step over that of {REFERENCE}", headings=("", *WAYS), rows=rows)
@@ -132,10 +127,10 @@ def reached(result: dict[str, Any]) -> Table:
     rows = [
         (
             f"{TASKS[task]}, {way}",
-            *(_us(ours["p50"]) if ours else "-", _us(reference["p50"]) if reference else "-"),
-            *(_ratio(result[f"ratios_to_placo{suffix}"][task]), _ratio(MARKS[task].get(way))),
-            *(_ratio(GOALS[task][way]), _ratio(result[f"ratios_to_placo{suffix}_locked"][task])),
-            *(_us(ours["p999"]) if ours else "-", _us(reference["p999"]) if reference else "-"),
+            *(quantity(ours["p50"]) if ours else "-", quantity(reference["p50"]) if reference else "-"),
+            *(_ratio(result[f"ratios_to_placo{suffix}"][task]), _ratio(GOALS[task][way])),
+            _ratio(result[f"ratios_to_placo{suffix}_locked"][task]),
+            *(quantity(ours["p999"]) if ours else "-", quantity(reference["p999"]) if reference else "-"),
             _ratio(result[f"p999_ratios_to_placo{suffix}"][task]),
             *(f"{ours['tail']:.1f}" if ours else "-", f"{reference['tail']:.1f}" if reference else "-"),
         )
@@ -144,31 +139,26 @@ def reached(result: dict[str, Any]) -> Table:
     return Table(
         title=f"{OURS} beside {REFERENCE} [us]",
         headings=(
-            "", "p50", "placo's", "ratio", "mark", "goal", "a joint locked", "p99.9", "placo's", "ratio",
+            "", "p50", "placo's", "ratio", "goal", "a joint locked", "p99.9", "placo's", "ratio",
             "p99.9 / p50", "placo's",
         ),
         rows=rows,
-        notes=(
-            "mark: what the ratio shall be at most; goal: where it shall come to in the end; "
-            "a joint locked: the ratio of p50 there.",
-        ),
+        notes=("goal: what the ratio shall be at most; a joint locked: the ratio of p50 there.",),
     )  # fmt: skip
 
 
 def missed(result: dict[str, Any]) -> Table:
-    """The ratios that are above their mark or goal."""
+    """The ratios that are above their goal."""
     rows = []
     for task, way, suffix, ours, reference in _both(result):
-        ratio, tail = result[f"ratios_to_placo{suffix}"][task], result[f"p999_ratios_to_placo{suffix}"][task]
-        name, mark, goal = f"{TASKS[task]}, {way}", MARKS[task].get(way), GOALS[task][way]
-        if ratio is None or ours is None or reference is None:
+        name = f"{TASKS[task]}, {way}"
+        if ours is None or reference is None:
             continue
-        if mark is not None and ratio > mark:
-            rows.append((name, "p50 / placo's p50", _ratio(ratio), f"mark {mark:.2f}, goal {goal:.2f}"))
-        elif ratio > goal:
-            rows.append((name, "p50 / placo's p50", _ratio(ratio), f"goal {goal:.2f}"))
-        if tail > TAIL_MARK:
-            rows.append((name, "p99.9 / placo's p99.9", _ratio(tail), f"mark {TAIL_MARK:.2f}"))
+        ratio, tail = result[f"ratios_to_placo{suffix}"][task], result[f"p999_ratios_to_placo{suffix}"][task]
+        if ratio > GOALS[task][way]:
+            rows.append((name, "p50 / placo's p50", _ratio(ratio), f"{GOALS[task][way]:.2f}"))
+        if tail > TAIL_GOAL:
+            rows.append((name, "p99.9 / placo's p99.9", _ratio(tail), f"{TAIL_GOAL:.2f}"))
     if not rows and complete(result):
         rows = [("nothing", "", "", "")]
     return Table(
@@ -188,7 +178,10 @@ def contenders(result: dict[str, Any]) -> list[Table]:
         names = dict.fromkeys(variant for variants in found.values() for variant in variants)
         columns = [(level, way) for level in ("velocity", "torque") for way in WAYS if (level, way) in found]
         rows = [
-            (variant, *(_us(found[at][variant]["p50"]) if variant in found[at] else "-" for at in columns))
+            (
+                variant,
+                *(quantity(found[at][variant]["p50"]) if variant in found[at] else "-" for at in columns),
+            )
             for variant in names
         ]
         tables.append(
@@ -216,7 +209,7 @@ def details(result: dict[str, Any]) -> list[Table]:
                     cells += ["-"] * 4
                     continue
                 ratio = row["p50"] / reference["p50"] if reference else None
-                cells += [_us(row["p50"]), _us(row["p999"]), _us(row["max"]), _ratio(ratio)]
+                cells += [quantity(row["p50"]), quantity(row["p999"]), quantity(row["max"]), _ratio(ratio)]
             last = [variants[variant] for variants in found.values() if variant in variants]
             moved = max(row["position_error"] for row in last)
             said = dict.fromkeys(status for row in last for status in row["statuses"] if status)
@@ -241,56 +234,20 @@ def _both(result: dict[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:
             yield task, way, suffix, result[f"us{suffix}"][task], result[f"placo{suffix}"][task]
 
 
-def _us(value: float) -> str:
-    return quantity(value)
-
-
 def _ratio(value: float | None) -> str:
     return "-" if value is None else f"{value:.2f}"
 
 
-def _version_lines(result: dict[str, Any]) -> list[str]:
-    return [
-        f"{name}: {', '.join(f'{package} {number}' for package, number in said['versions'].items())}"
-        f" (core {said['settled']['core']}, priority {said['settled']['priority']})"
-        for name, said in result["programs"].items()
-    ]
-
-
-def _blocks(result: dict[str, Any]) -> dict[str, list[str]]:
-    return {
-        "Versions": _version_lines(result),
-        "Machine": [f"{name}: {value}" for name, value in result["machine"].items()],
-        "Left out": [f"{name}: {why}" for name, why in result["left_out"].items()],
-        "Limitations": list(result["limitations"]),
-    }
-
-
 def show(result: dict[str, Any], console: Console) -> None:
-    """Tables, ratios, versions and limitations on the terminal."""
+    """Tables on the terminal, and what a report has at its foot."""
     parts: list[Any] = [table.rich() for table in (reached(result), *contenders(result))]
-    for heading, lines in _blocks(result).items():
-        if lines:
-            parts += [Text(heading, style="bold"), *(Text(f"  {line}") for line in lines)]
-    console.print(Group(*parts))
+    console.print(Group(*parts, Text("\n".join(results.appendix(result)))))
 
 
 def markdown(result: dict[str, Any]) -> str:
     """Everything as a file to read."""
-    settings = "; ".join(f"{name} {value}" for name, value in result["settings"].items())
-    lines = [
-        "# Whole user step",
-        "",
-        f"{result['date']}; {settings}. Made by",
-        "",
-        f"    {result['command']}",
-        "",
-    ]
+    lines = results.preamble("Whole user step", result)
     lines += ["Times in us, tracking error in mm, ratios to the p50 of placo soft in the same run.", ""]
-    tables = [short(result), reached(result), missed(result), *contenders(result), *details(result)]
-    for table in tables:
+    for table in (short(result), reached(result), missed(result), *contenders(result), *details(result)):
         lines += table.markdown()
-    for heading, entries in _blocks(result).items():
-        if entries:
-            lines += [f"## {heading}", "", *(f"- {entry}" for entry in entries), ""]
-    return "\n".join(lines).rstrip() + "\n"
+    return "\n".join([*lines, *results.appendix(result)]).rstrip() + "\n"
