@@ -2,7 +2,7 @@
 
     python studies/long_run.py                      24 h: some minutes of one core
     python studies/long_run.py --cases circle       one of them
-    python studies/long_run.py --hours 0.02 --name mine   all shorter
+    python studies/long_run.py --hours 0.02         all shorter
 
 Every case is `ftqp run` of a scenario with laps, whose log is cut into parts. What a part holds is looked at
 as soon as it is finished, while the run goes on and before it is deleted.
@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import command_line
-from bench.results import add_out, appendix, circumstances, preamble, publish, stem
+from bench import command_line, study
 from bench.tables import Table, exponent, quantity
 
 import ftqp
@@ -266,43 +265,23 @@ def table(found: dict[str, Any]) -> Table:
     )  # fmt: skip
 
 
-def main() -> int:
-    """Run the cases, print, write; 0 when done, 2 for bad input."""
-    options = _options()
-    keep = tempfile.TemporaryDirectory(dir=options.keep)
-    with keep as folder, ThreadPoolExecutor(options.jobs) as at_a_time:
-        found = list(at_a_time.map(lambda case: run(case, options.hours, Path(folder)), options.cases))
-    result = {
-        **circumstances("long_run", [], {"hours": options.hours, "parts": PARTS}),
-        "cases": found,
-        "limitations": list(LIMITATIONS),
-    }
-    lines = preamble("Long runs", result)
-    for one in found:
-        lines += table(one).markdown()
-    partial = options.hours < 24.0 or set(options.cases) != set(CASES)
-    name = stem("long_run", name=options.name, quick=partial)
-    return publish(result, "\n".join(lines + appendix(result)), options.out, name, as_json=options.json)
-
-
-def _options() -> argparse.Namespace:
-    parser = command_line.parser(__doc__)
-    parser.add_argument("--hours", type=float, default=24.0, metavar="H", help="simulated hours (default 24)")
-    parser.add_argument("--cases", type=lambda text: text.split(","), default=list(CASES), metavar="A,B")
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="cases at a time (default 1)")
-    parser.add_argument("--name", metavar="WORD", help="a suffix of the files' names")
-    add_out(parser, "long_run")
-    parser.add_argument("--keep", type=Path, metavar="DIR", help="folder for the runs, with 9 GB to spare")
-    parser.add_argument("--json", action="store_true", help="print one JSON object, not the report")
-    options: argparse.Namespace = parser.parse_args()
-    if not 0.0 < options.hours < 1e4:
-        parser.error(f"--hours is {options.hours:g}, expected more than 0 and less than 10000")
-    if options.jobs < 1:
-        parser.error(f"--jobs is {options.jobs}, expected at least 1")
-    if unknown := [name for name in options.cases if name not in CASES]:
-        parser.error(f"--cases has {unknown[0]!r}, expected some of {', '.join(CASES)}")
-    return options
+def measured(given: argparse.Namespace) -> dict[str, Any]:
+    """Every case that is asked for."""
+    hours = 0.01 if given.quick else given.hours
+    keep = tempfile.TemporaryDirectory(dir=given.keep)
+    with keep as folder, ThreadPoolExecutor(given.jobs) as at_a_time:
+        return {"cases": list(at_a_time.map(lambda case: run(case, hours, Path(folder)), given.cases))}
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    parser = study.options(__doc__, "long_run", "a hundredth of an hour")
+    add, whole = parser.add_argument, command_line.at_least_one
+    add("--hours", type=float, default=24.0, metavar="H", help="simulated hours (default 24)")
+    add("--cases", nargs="+", choices=tuple(CASES), default=list(CASES), help="which (default all)")
+    add("--jobs", type=whole, default=1, metavar="N", help="cases at a time (default 1)")
+    add("--keep", type=Path, metavar="DIR", help="folder for the runs, with 9 GB to spare")
+    given = parser.parse_args()
+    study.on_record(
+        given, "Long runs", measured, lambda found: [table(one) for one in found["cases"]], LIMITATIONS,
+        quick=given.quick or given.hours < 24.0 or set(given.cases) != set(CASES),
+    )  # fmt: skip
