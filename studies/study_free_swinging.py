@@ -14,13 +14,13 @@ a joint, or the tip, went from where it was. Report and numbers go to ``--out``.
 """
 
 import logging
-import sys
 import time
 from dataclasses import asdict, dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from bench import results, study
+from bench import study
+from bench.tables import Table
 from joblib import Parallel, delayed
 
 import ftqp
@@ -222,49 +222,43 @@ def one(name, robot, joint, damping, posture, q0, v0, seconds, physics):
                seen.stopped, seen.over, seen.torque, seen.far, end, 1e6 * seen.slow)  # fmt: skip
 
 
-def short_table(runs):
-    """The table of the docs, a line for each arm and joint, (lines)."""
+def by_joint(runs):
+    """The table of the docs, a line for each arm and joint."""
     dampings = sorted({r.damping for r in runs})
-    heads = [f"kept, d = {d:g} | hits | impact" for d in dampings]
-    lines = [
-        "| robot | joint | " + " | ".join(heads) + " |",
-        "|---|---|" + "---:|---:|---|" * len(dampings),
-    ]
+    heads = [f"{what}, d = {d:g}" for d in dampings for what in ("kept [%]", "hits [%]", "impact [rad/s]")]
+    lines = []
     for robot in dict.fromkeys(r.robot for r in runs):
         for joint in [*sorted({r.joint for r in runs if r.robot == robot}), "all"]:
-            entries = [
-                [r for r in runs if (r.robot, r.damping) == (robot, d) and joint in (r.joint, "all")]
-                for d in dampings
-            ]
-            lines.append(f"| {robot} | {joint} | " + " | ".join(_entry(entry) for entry in entries) + " |")
-    return lines
+            own = [r for r in runs if r.robot == robot and joint in (r.joint, "all")]
+            entries = [_entry([r for r in own if r.damping == d]) for d in dampings]
+            lines.append((robot, str(joint), *(cell for entry in entries for cell in entry)))
+    note = "Impacts are means: of an arm that only brakes > of the planner's."
+    return Table(
+        title=f"{len(runs)} runs", headings=("robot", "joint", *heads), rows=lines, notes=(note, *laws(runs))
+    )
 
 
 def _entry(runs):
     kept, hits = (round(100 * np.mean(x)) for x in ([r.kept for r in runs], [r.hit > 0 for r in runs]))
-    return f"{kept} | {hits} | {_mean(runs, 'hit_braking'):.1f} > {_mean(runs, 'hit'):.1f}"
+    return str(kept), str(hits), f"{_mean(runs, 'hit_braking'):.1f} > {_mean(runs, 'hit'):.1f}"
 
 
 def _mean(runs, name):
     return float(np.mean([getattr(run, name) for run in runs]))
 
 
-def long_table(runs):
-    """What was kept apart by sets of rows, and the energies, (lines)."""
-    lines = [
-        "| robot | joint | d | pose / axis / position / none / hits [%] | energy, braking > planner [J] |",
-        "|---|---|---|---|---|",
-    ]
+def by_rows(runs):
+    """What was kept apart by sets of rows, and the energies."""
+    lines = []
     for robot, joint, d in dict.fromkeys((r.robot, r.joint, r.damping) for r in runs):
         group = [r for r in runs if (r.robot, r.joint, r.damping) == (robot, joint, d)]
         kept = [sum(r.kept and r.decided == rows for r in group) for rows in ("pose", "axis", "position")]
         hits = sum(r.hit > 0.0 for r in group)
         shares = [round(100 * x / len(group)) for x in (*kept, len(group) - sum(kept) - hits, hits)]
-        lines.append(
-            f"| {robot} | {joint} | {d:g} | {' / '.join(map(str, shares))} "
-            f"| {_mean(group, 'energy_braking'):.1f} > {_mean(group, 'energy'):.1f} |"
-        )
-    return lines
+        energy = f"{_mean(group, 'energy_braking'):.1f} > {_mean(group, 'energy'):.1f}"
+        lines.append((robot, str(joint), f"{d:g}", *map(str, shares), energy))
+    heads = ("robot", "joint", "d", "pose [%]", "axis [%]", "position [%]", "none [%]", "hits [%]")
+    return Table(title="Rows", headings=(*heads, "energy, braking > planner [J]"), rows=lines)
 
 
 def laws(runs):
@@ -311,12 +305,10 @@ def laws(runs):
     ]
 
 
-def markdown(result):
-    """The report, as one string."""
-    runs = [Run(**row) for row in result["rows"]]
-    lines = results.preamble("What becomes of an arm with a free-swinging joint", result)
-    lines += [f"{len(runs)} runs.", "", *short_table(runs), "", *laws(runs), "", *long_table(runs), ""]
-    return "\n".join([*lines, *results.appendix(result)])
+def tables(found):
+    """Both tables, and what of the laws can be seen."""
+    runs = [Run(**row) for row in found["rows"]]
+    return [by_joint(runs), by_rows(runs)]
 
 
 def joint_runs(name, joint, seed, postures, dampings, seconds, physics, at_rest):
@@ -332,8 +324,20 @@ def joint_runs(name, joint, seed, postures, dampings, seconds, physics, at_rest)
     ]
 
 
-def main() -> int:
-    """Runs, prints, writes; 0 when done, 2 for bad input."""
+def measured(given):
+    """All runs of all arms."""
+    if given.quick:
+        given.postures, given.dampings = 2, [0.5]
+    drawn = given.seed, given.postures, given.dampings, given.seconds, given.physics, given.at_rest
+    work = [
+        delayed(joint_runs)(name, joint, *drawn)
+        for name in (*given.robots, *map(str, range(given.drawn)))
+        for joint in given.joints
+    ]
+    return {"rows": [row for rows in Parallel(n_jobs=given.jobs)(work) for row in rows]}
+
+
+if __name__ == "__main__":
     parser = study.options(__doc__, "study_free_swinging", "two postures, d = 0.5 only")
     parser.add_argument("--robots", nargs="+", default=list(ROBOTS))
     parser.add_argument("--joints", nargs="+", type=int, default=list(range(1, 8)), help="from 1")
@@ -346,27 +350,7 @@ def main() -> int:
     parser.add_argument("--at-rest", action="store_true", help="arms begin at rest")
     parser.add_argument("--drawn", type=int, default=0, help="so many arms that are in no catalog, too")
     given = parser.parse_args()
-    if given.quick:
-        given.postures, given.dampings = 2, [0.5]
-    settings = {"postures": given.postures, "seed": given.seed, "plant": given.physics}
-    settings["at rest"] = given.at_rest
-    drawn = given.seed, given.postures, given.dampings, given.seconds, given.physics, given.at_rest
-    work = [
-        delayed(joint_runs)(name, joint, *drawn)
-        for name in (*given.robots, *map(str, range(given.drawn)))
-        for joint in given.joints
-    ]
-    result = results.circumstances("study_free_swinging", (), settings) | {
-        "rows": [row for rows in Parallel(n_jobs=given.jobs)(work) for row in rows],
-        "limitations": list(LIMITATIONS),
-    }
-    name = results.stem(
-        "study_free_swinging",
-        name="at_rest" if given.at_rest else given.physics if given.physics != "kinematic" else None,
-        quick=given.quick,
-    )
-    return results.publish(result, markdown(result), given.out, name, as_json=given.json)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    study.on_record(
+        given, "What becomes of an arm with a free-swinging joint", measured, tables, LIMITATIONS,
+        quick=given.quick or given.at_rest or given.physics != "kinematic",
+    )  # fmt: skip
