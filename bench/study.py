@@ -33,6 +33,7 @@ def on_record(
     limitations: Sequence[str],
     *,
     quick: bool | None = None,
+    figures: Callable[[dict[str, Any], Path, str], list[Path]] | None = None,
 ) -> dict[str, Any]:
     """Measure, print and write; returns the result, with what was measured.
 
@@ -43,11 +44,12 @@ def on_record(
         tables: From the numbers to what a reader sees.
         limitations: What they do not say.
         quick: Whether the result stands beside that of a full run; None asks ``given.quick``.
+        figures: As of ``results.written``; None draws none.
     """
     logging.getLogger("ftqp").setLevel(logging.ERROR)
     name, began = Path(sys.argv[0]).stem, process_time()
     left_out = ("out", "json", "quick", *(option.lstrip("-") for option in results.PLACES))
-    settings = {key: value for key, value in vars(given).items() if key not in left_out}
+    settings = {name: it for name, it in vars(given).items() if name not in left_out and it is not None}
     quick = given.quick if quick is None else quick
     found = measure(given)
     result = results.circumstances(name, [], settings | {"processor_seconds": round(process_time() - began)})
@@ -58,6 +60,6 @@ def on_record(
         print(json.dumps(result))
         return result
     report = docs.report(title, result, tables(result))
-    results.written(result, report, given.out, results.stem(name, name=None, quick=quick))
+    results.written(result, report, given.out, results.stem(name, name=None, quick=quick), figures)
     print(report)
     return result

@@ -15,7 +15,8 @@ from functools import cache, partial
 from itertools import product
 
 import numpy as np
-from bench import results, study
+from bench import study
+from bench.tables import Table
 from papers.beside import Sheet, add_figures, draw_loop, drawn_sheets
 from scipy.spatial.transform import Rotation
 
@@ -228,82 +229,70 @@ def _angles(convention, rotation):
     return rotation.as_rotvec() if convention == "rotation vector" else rotation.as_euler(convention)
 
 
-def markdown(result):
-    """The report, as one string."""
-    lines = results.preamble("Motions that survive a failure at any instant (Zhang et al. 2016)", result)
-    lines += [
-        "## One self-motion speed for all of the path",
-        "",
-        "The example, 400 samples, failures at every fourth, +-150 degrees, no speed limits.",
-        "",
-        "| theta [rad/s] | coverage | expected | energy [rad^2/s] | expected | within limits |",
-        "|---:|---:|---:|---:|---:|---|",
-    ]
-    for row in result["sweep"]:
-        coverage, energy = SWEEP[row["theta"]]
-        lines.append(
-            f"| {row['theta']:g} | {row['coverage']:.3f} | {coverage:g} | {row['energy']:.3f} | {energy:g} | "
-            f"{'yes' if row['within'] else 'no'} |"
-        )
-    lines += [
-        "",
-        "## Methods",
-        "",
-        "Coverage (expected) and seconds; failures at every fourth sample.",
-        "",
-        f"| path | {' | '.join(METHODS)} |",
-        f"|---|{'---|' * len(METHODS)}",
-    ]
-    for name in dict.fromkeys(row["path"] for row in result["compared"]):
-        cells = []
-        for row, expected in zip(
-            (row for row in result["compared"] if row["path"] == name), EXPECTED[name], strict=True
-        ):
+def tables(found):
+    """Its tables, stronger plans, finer grids and readings."""
+    sweep = [
+        (f"{row['theta']:g}", f"{row['coverage']:.3f}", f"{SWEEP[row['theta']][0]:g}",
+         f"{row['energy']:.3f}", f"{SWEEP[row['theta']][1]:g}", "yes" if row["within"] else "no")
+        for row in found["sweep"]
+    ]  # fmt: skip
+    compared = []
+    for name in dict.fromkeys(row["path"] for row in found["compared"]):
+        rows, cells = [row for row in found["compared"] if row["path"] == name], []
+        for row, expected in zip(rows, EXPECTED[name], strict=True):
             told = "" if expected is None else f" ({expected:g})"
             cells.append(f"{row['coverage']:.3f}{told}, {row['seconds']:.1f} s")
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    lines += [
-        "",
-        "With a free start; bound is how many joints the best node of a waypoint can miss, least to most.",
-        "",
-        "| path | nodes | on the grid | bound | largest speed [rad/s] | energy [rad^2/s] |",
-        "|---|---:|---:|---|---:|---:|",
-    ]
-    for row in result["compared"]:
-        if row["method"] == METHODS[-1]:
-            lines.append(
-                f"| {row['path']} | {row['nodes']} | {row['grid']:.3f} | {min(row['bound'])} to "
-                f"{max(row['bound'])} | {row['speed']:.2f} | {row['energy']:.3f} |"
-            )
-    safe = result["safe_start"]
-    lines += [
-        "",
-        f"The first 40 % of the example from the start on its self-motion, theta = 0: {safe['coverage']:.4f} "
-        f"of {safe['pairs']} pairs.",
-        "",
-        "## Half the step, half the spacing",
-        "",
-        *(
-            f"- {row['path']}: {', then '.join(f'{value:.4f}' for value in row['coverage'])}"
-            for row in result["finer"]
+        compared.append((name, *cells))
+    free = [
+        (row["path"], f"{row['nodes']}", f"{row['grid']:.3f}",
+         f"{min(row['bound'])} to {max(row['bound'])}", f"{row['speed']:.2f}", f"{row['energy']:.3f}")
+        for row in found["compared"] if row["method"] == METHODS[-1]
+    ]  # fmt: skip
+    finer = [(row["path"], ", then ".join(f"{one:.4f}" for one in row["coverage"])) for row in found["finer"]]
+    readings = [
+        ("used" if row["offset"] else "not used", row["convention"],
+         "shortest turn" if row["geodesic"] else "angles linear",
+         *((f"{row['grid']:.3f}", f"{row['first']}") if "grid" in row else (row["refused"], "")))
+        for row in found["readings"]
+    ]  # fmt: skip
+    safe = found["safe_start"]
+    return [
+        Table(
+            title="One self-motion speed for all of the path",
+            headings=(
+                "theta [rad/s]", "coverage", "expected", "energy [rad^2/s]", "expected", "within limits"
+            ),
+            rows=sweep,
+            notes=("The example, 400 samples, failures at every fourth, +-150 degrees, no speed limits.",),
         ),
-        "",
-        "## Every reading of the example",
-        "",
-        "The paper does not say how its three angles are read, or how the orientation goes from start to",
-        "end. The most that a trajectory survives of each reading, and how many joints the best start can",
-        "miss, on a coarse grid:",
-        "",
-        "| offsets | angles | orientation | coverage at most | joints at the start |",
-        "|---|---|---|---:|---:|",
-    ]
-    for row in result["readings"]:
-        told = f"{row['grid']:.3f} | {row['first']}" if "grid" in row else f"{row['refused']} | "
-        lines.append(
-            f"| {'used' if row['offset'] else 'not used'} | {row['convention']} | "
-            f"{'shortest turn' if row['geodesic'] else 'angles linear'} | {told} |"
-        )
-    return "\n".join([*lines, "", *results.appendix(result)])
+        Table(
+            title="Methods: coverage (expected) and seconds; failures at every fourth sample",
+            headings=("path", *METHODS), rows=compared,
+        ),
+        Table(
+            title="With a free start",
+            headings=(
+                "path", "nodes", "on the grid", "bound", "largest speed [rad/s]", "energy [rad^2/s]"
+            ),
+            rows=free,
+            notes=(
+                "Bound is how many joints the best node of a waypoint can miss, least to most.",
+                "The first 40 % of the example from the start on its self-motion, theta = 0: "
+                f"{safe['coverage']:.4f} of {safe['pairs']} pairs.",
+            ),
+        ),
+        Table(title="Half the step, half the spacing", headings=("path", "coverage"), rows=finer),
+        Table(
+            title="Every reading of the example",
+            headings=("offsets", "angles", "orientation", "coverage at most", "joints at the start"),
+            rows=readings,
+            notes=(
+                "The paper does not say how its three angles are read, or how the orientation goes from "
+                "start to end. The most that a trajectory survives of each reading, and how many joints the "
+                "best start can miss, on a coarse grid.",
+            ),
+        ),
+    ]  # fmt: skip
 
 
 def pictures(result, folder, stem):
@@ -372,24 +361,20 @@ SHEETS = {"2": path_sheet, "3": partial(lock_sheet, 4, 5.0), "4": partial(lock_s
 """The figures of the paper that show a result."""
 
 
-def main() -> int:
-    """Runs, prints, writes; 0 when done, 2 for bad input."""
+def measured(given):
+    """All that the tables show."""
+    quick = given.quick
+    return {
+        "sweep": sweep(), "compared": compared(quick), "safe_start": safe_start(), "finer": finer(quick),
+        "readings": readings(quick),
+    }  # fmt: skip
+
+
+if __name__ == "__main__":
     parser = study.options(__doc__, "zhang2016", "coarse grids, few speeds, few readings")
     add_figures(parser)
     given = parser.parse_args()
     if given.figures is not None:
-        return drawn_sheets("zhang2016", SHEETS, given.figures, given.only)
-    result = results.circumstances("zhang2016", (), {"quick": given.quick}) | {
-        "sweep": sweep(),
-        "compared": compared(given.quick),
-        "safe_start": safe_start(),
-        "finer": finer(given.quick),
-        "readings": readings(given.quick),
-        "limitations": list(LIMITATIONS),
-    }
-    name = results.stem("zhang2016", name=None, quick=given.quick)
-    return results.publish(result, markdown(result), given.out, name, pictures, as_json=given.json)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        sys.exit(drawn_sheets("zhang2016", SHEETS, given.figures, given.only))
+    title = "Motions that survive a failure at any instant (Zhang et al. 2016)"
+    study.on_record(given, title, measured, tables, LIMITATIONS, figures=pictures)
