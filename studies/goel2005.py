@@ -14,7 +14,8 @@ import time
 from functools import cache, partial
 
 import numpy as np
-from bench import results, study
+from bench import study
+from bench.tables import Table
 from papers.beside import Sheet, add_figures, drawn_sheets
 
 import ftqp
@@ -309,97 +310,90 @@ def entry(row):
         low, high = row["error_range"]
         told = [f"period {row['period']:.6f} s", f"error {low:.6f} to {high:.6f}"]
         q = "turns"
-    return f"| {row['case']} | {row['expected']} | {row['kind']} | {q} | {', '.join(told)} |"
+    return row["case"], row["expected"], row["kind"], q, ", ".join(told)
 
 
 def four(values):
     """Numbers of the joints and of any, in cells."""
-    return " | ".join(f"{value:.2f}" for value in values)
+    return [f"{value:.2f}" for value in values]
 
 
-def markdown(result):
-    """The report, as one string."""
-    found, brute, horizon = result["map"], result["brute_force"], result["horizons"]
-    lines = results.preamble("Failures that nobody reports (Goel et al. 2005)", result)
-    lines += ["## Ends", "", "| case | expected | kind | q in the end [degrees] | |", "|---|---|---|---|---|"]
-    lines += [entry(row) for row in result["ends"]]
-    lines += ["", "## Basins (Fig. 8)", ""]
-    lines += [
-        f"- {100 * share:.2f} % of the area go to ({', '.join(f'{v:.4f}' for v in q)}) degrees"
-        for share, q in zip(result["basins"]["share"], result["basins"]["ends"], strict=True)
-    ]
-    lines += [
-        f"- saddle ({', '.join(f'{v:.4f}' for v in q)}) degrees, eigenvalues {low:.5f} and {high:.5f}"
-        for q, (low, high) in zip(result["basins"]["saddles"], result["basins"]["eigenvalues"], strict=True)
-    ]
-    lines += [
-        "",
-        "## Map (Fig. 10)",
-        "",
-        f"{found['points']} points, {found['configurations']} configurations, {found['failed']} lines "
-        f"failed; {found['seconds']:.1f} s CPU.",
-        "",
-        "| mean [%] | joint 1 | joint 2 | joint 3 | any | expected |",
-        "|---|---:|---:|---:|---:|---|",
-    ]
-    for name, mean in found["means"].items():
-        told = " / ".join(f"{value:g}" for value in EXPECTED_MEANS.get(name, ()))
-        lines.append(f"| {name} | {four(mean)} | {told} |")
-    lines += [
-        "",
-        f"R100 = 100 at {found['whole']} points (expected 83, 185, 185, 83), > 0 at {found['some']} "
-        "(expected 1568, 1873, 1941, 1318).",
-        "",
-        "| point | measure | joint 1 | joint 2 | joint 3 | any | expected |",
-        "|---|---|---:|---:|---:|---:|---|",
-    ]
-    for k, (point, expected) in enumerate(EXPECTED_POINTS.items()):
-        for name, told in zip(("R100", "Ravg"), expected, strict=True):
-            values = " / ".join(f"{value:g}" for value in told)
-            lines.append(f"| {point} | {name} | {four(found['printed'][name][k])} | {values} |")
-    lines += [
-        "",
-        "## Brute force",
-        "",
-        f"{brute['runs']} runs from {brute['points']} points in {brute['seconds']:.1f} s CPU, "
-        f"{1e6 * brute['seconds'] / brute['runs']:.2f} us each; {brute['unresolved']} unresolved, the others "
-        "of joints 1, 2, 3, any end at the goal in "
-        f"{', '.join(f'{value:.4f}' for value in brute['Favg'])} %.",
-        "",
-        "## What a finite horizon does",
-        "",
-        "Joint 1 fails at once in range on the self-motion of (-0.9, 1.8); success is an error below 0.01.",
-        "",
-        "| K_e t | succeeded [%] | expected |",
-        "|---:|---:|---:|",
-        *(f"| {T:g} | {horizon[f'{T:g}']:.1f} | {expected:g} |" for T, expected in HORIZONS.items()),
-        "",
-    ]
-    return "\n".join([*lines, *results.appendix(result)])
+def degrees(q):
+    """Angles in brackets."""
+    return f"({', '.join(f'{value:.4f}' for value in q)})"
 
 
-def main() -> int:
-    """Runs, prints, writes; 0 when done, 2 for bad input."""
+def tables(found):
+    """Ends, basins, maps and what a finite horizon does."""
+    basin, whole, brute = found["basins"], found["map"], found["brute_force"]
+    shares = [
+        (f"{100 * share:.2f} % of the area go to", degrees(q), "")
+        for share, q in zip(basin["share"], basin["ends"], strict=True)
+    ]
+    shares += [
+        ("saddle", degrees(q), f"{low:.5f} and {high:.5f}")
+        for q, (low, high) in zip(basin["saddles"], basin["eigenvalues"], strict=True)
+    ]
+    means = [
+        (name, *four(mean), " / ".join(f"{value:g}" for value in EXPECTED_MEANS.get(name, ())))
+        for name, mean in whole["means"].items()
+    ]
+    points = [
+        (f"{point}", name, *four(whole["printed"][name][k]), " / ".join(f"{value:g}" for value in told))
+        for k, (point, expected) in enumerate(EXPECTED_POINTS.items())
+        for name, told in zip(("R100", "Ravg"), expected, strict=True)
+    ]
+    late = [(f"{T:g}", f"{found['horizons'][f'{T:g}']:.1f}", f"{told:g}") for T, told in HORIZONS.items()]
+    joints = ("joint 1", "joint 2", "joint 3", "any", "expected")
+    return [
+        Table(
+            title="Ends", headings=("case", "expected", "kind", "q in the end [degrees]", "errors"),
+            rows=[entry(row) for row in found["ends"]], text_last=True,
+        ),
+        Table(title="Basins (Fig. 8)", headings=("", "q [degrees]", "eigenvalues"), rows=shares),
+        Table(
+            title="Map (Fig. 10)", headings=("mean [%]", *joints), rows=means,
+            notes=(
+                f"{whole['points']} points, {whole['configurations']} configurations, {whole['failed']} "
+                f"lines failed; {whole['seconds']:.1f} s CPU.",
+                f"R100 = 100 at {whole['whole']} points (expected 83, 185, 185, 83), > 0 at {whole['some']} "
+                "(expected 1568, 1873, 1941, 1318).",
+            ),
+        ),
+        Table(
+            title="Points in print", headings=("point", "measure", *joints), rows=points,
+            notes=(
+                f"Brute force: {brute['runs']} runs from {brute['points']} points in "
+                f"{brute['seconds']:.1f} s CPU, {1e6 * brute['seconds'] / brute['runs']:.2f} us each; "
+                f"{brute['unresolved']} unresolved, the others of joints 1, 2, 3, any end at the goal in "
+                f"{', '.join(f'{value:.4f}' for value in brute['Favg'])} %.",
+            ),
+        ),
+        Table(
+            title="What a finite horizon does", headings=("K_e t", "succeeded [%]", "expected"), rows=late,
+            notes=(
+                "Joint 1 fails at once in range on the self-motion of (-0.9, 1.8); success is an error below "
+                "0.01.",
+            ),
+        ),
+    ]  # fmt: skip
+
+
+if __name__ == "__main__":
     parser = study.options(__doc__, "goel2005", "fewer configurations, a hundredth of the runs")
     add_figures(parser)
     given = parser.parse_args()
     if given.figures is not None:
-        return drawn_sheets("goel2005", SHEETS, given.figures, given.only)
+        sys.exit(drawn_sheets("goel2005", SHEETS, given.figures, given.only))
     found, arrays = maps(given.quick)
-    rests, fields = figure_8()
-    result = results.circumstances("goel2005", (), {"quick": given.quick}) | {
-        "ends": ends(),
-        "basins": rests,
-        "map": found,
-        "brute_force": brute_force(given.quick),
-        "horizons": horizons(),
-        "limitations": list(LIMITATIONS),
-    }
-    name = results.stem("goel2005", name=None, quick=given.quick)
-    return results.publish(
-        result, markdown(result), given.out, name, pictures(arrays, fields), as_json=given.json
-    )
+    basins_found, fields = figure_8()
 
+    def measured(given):
+        """All that the tables show."""
+        return {
+            "ends": ends(), "basins": basins_found, "map": found, "brute_force": brute_force(given.quick),
+            "horizons": horizons(),
+        }  # fmt: skip
 
-if __name__ == "__main__":
-    sys.exit(main())
+    title = "Failures that nobody reports (Goel et al. 2005)"
+    study.on_record(given, title, measured, tables, LIMITATIONS, figures=pictures(arrays, fields))
