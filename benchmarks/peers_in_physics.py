@@ -34,6 +34,7 @@ from bench import command_line, docs  # noqa: E402
 from bench.attitude import turned  # noqa: E402
 from bench.results import circumstances  # noqa: E402
 from bench.tables import Table  # noqa: E402
+from bench.wrapped_plant import WrappedPlant  # noqa: E402
 from bench_collisions import rods_of  # noqa: E402
 from compare_peers import drawn, feasible  # noqa: E402
 from peers.peer_rival import PeerRival  # noqa: E402
@@ -42,11 +43,7 @@ from steps.environments import DEFAULT, NotInstalled  # noqa: E402
 
 import ftqp  # noqa: E402
 from ftqp.app.scenario.setup import load  # noqa: E402
-from ftqp.sim.rival import (  # noqa: E402
-    ResolvedRates,
-    ride,
-    strayed,
-)
+from ftqp.sim.rival import ResolvedRates, ride, strayed  # noqa: E402
 
 SCENARIO, DEMO = "panda-unannounced", "panda_joint3"
 GAINS = (60.0, 30.0, 120.0)
@@ -71,14 +68,10 @@ LIMITATIONS = (
 )
 
 
-class Felt:
+class Felt(WrappedPlant):
     """A plant that remembers the hardest contact [N]."""
 
-    def __init__(self, plant) -> None:
-        self._plant, self.force = plant, 0.0
-
-    def __getattr__(self, name):
-        return getattr(self._plant, name)
+    force = 0.0
 
     def advance(self, command) -> None:
         """Moves on."""
@@ -205,18 +198,8 @@ def to_goal(case, program, told: bool, env_dir: Path) -> dict[str, float]:
         path = ftqp.paths.PointToPoint(np.array(case.start), goal, duration=case.duration)
         schedule = ftqp.Schedule([ftqp.FaultEvent(BRAKES_AT, lock)])
         with leading(program, robot, q, GOAL_DT, env_dir) as rival:
-            end = ride(
-                rival,
-                robot,
-                path,
-                q,
-                dt=GOAL_DT,
-                plant=plant,
-                sensors=sensors,
-                schedule=schedule,
-                reported=told,
-                duration=seconds,
-            ).q[-1]
+            world = {"plant": plant, "sensors": sensors, "schedule": schedule, "duration": seconds}
+            end = ride(rival, robot, path, q, dt=GOAL_DT, reported=told, **world).q[-1]
     T = robot.pose(end)
     turned = np.arccos(np.clip(0.5 * (np.trace(T[:3, :3].T @ goal[:3, :3]) - 1.0), -1.0, 1.0))
     off = float(np.linalg.norm(T[:3, 3] - goal[:3, 3]))

@@ -13,13 +13,14 @@ that go on meanwhile, on the circle of the clock, with the same servo (finished 
 Full study: half an hour on one core.
 """
 
-import argparse
 import functools
-import logging
+import itertools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from bench import study
+from bench.tables import Table
 
 import ftqp
 
@@ -156,44 +157,41 @@ def run(robot: Any, kind: str, drive: str, w: float, hold: float, noise: float =
     return Outcome(fastest, error, "" if planner is None else step.status.name, accused)
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--quick", action="store_true", help="two holds and two servos")
-    parser.add_argument("--robot", nargs="+", default=["panda"], help="robots of the catalog")
-    given = parser.parse_args()
-    logging.getLogger("ftqp").setLevel(logging.ERROR)
+def measured(given: Any) -> dict[str, Any]:
+    """A row for each arm, leader, drive and servo."""
     holds, servos = ((0.3, 3.0), (20.0, 300.0)) if given.quick else (HOLDS, SERVOS)
-    print(
-        "| arm | leader | drive | servo | within | finished | accused | not | fastest | without | rival | |"
-    )
-    print("|---|---|---|---|---|---|---|---|---|---|---|---|")
+    rows = []
     for name in given.robot:
         robot = ftqp.robots.load(name)
         other = functools.cache(functools.partial(run, robot, "rival"))
-        for kind in LEADERS:
-            for drive in DRIVES:
-                for w in servos if drive != "torque" else (0.0,):
-                    free = run(robot, kind, drive, w, 0.0)
-                    found = [run(robot, kind, drive, w, hold) for hold in holds]
-                    within = [one.fastest <= SHARE * max(1.0, free.fastest) for one in found]
-                    done = [one.error < DONE and one.status == "OK" for one in found]
-                    ill = [
-                        f"{hold:g}" for hold, a, b in zip(holds, within, done, strict=True) if not (a and b)
-                    ]
-                    rivals = [other(drive, w, hold) for hold in holds] if w else []
-                    best = f"{sum(one.error < DONE for one in rivals)}" if rivals else "-"
-                    worst = f"{max(one.fastest for one in rivals):.2f}" if rivals else "-"
-                    print(
-                        f"| {name} | {kind} | {drive} | {w:g} | {sum(within)} of {len(found)} | "
-                        f"{sum(done)} | {sum(one.accused for one in found)} | {' '.join(ill) or '-'} | "
-                        f"{max(one.fastest for one in found):.2f} | {free.fastest:.2f} | "
-                        f"{best} | {worst} |",
-                        flush=True,
-                    )
+        for kind, drive in itertools.product(LEADERS, DRIVES):
+            for w in servos if drive != "torque" else (0.0,):
+                free = run(robot, kind, drive, w, 0.0)
+                found = [run(robot, kind, drive, w, hold) for hold in holds]
+                within = [one.fastest <= SHARE * max(1.0, free.fastest) for one in found]
+                done = [one.error < DONE and one.status == "OK" for one in found]
+                ill = [f"{hold:g}" for hold, a, b in zip(holds, within, done, strict=True) if not (a and b)]
+                rivals = [other(drive, w, hold) for hold in holds] if w else []
+                rows.append((
+                    name, kind, drive, f"{w:g}", f"{sum(within)} of {len(found)}", f"{sum(done)}",
+                    f"{sum(one.accused for one in found)}", " ".join(ill) or "-",
+                    f"{max(one.fastest for one in found):.2f}", f"{free.fastest:.2f}",
+                    f"{sum(one.error < DONE for one in rivals)}" if rivals else "-",
+                    f"{max(one.fastest for one in rivals):.2f}" if rivals else "-",
+                ))  # fmt: skip
+    return {"rows": rows}
+
+
+def tables(found: dict[str, Any]) -> list[Table]:
+    """All of them."""
+    heads = (
+        "arm", "leader", "drive", "servo", "within", "finished", "accused", "not", "fastest", "without",
+        "rival: finished", "fastest",
+    )  # fmt: skip
+    return [Table(title="Arms that are held and let go", headings=heads, rows=found["rows"])]
 
 
 if __name__ == "__main__":
-    main()
+    parser = study.options(__doc__, "held_arm", "two holds and two servos")
+    parser.add_argument("--robot", nargs="+", default=["panda"], help="robots of the catalog")
+    study.on_record(parser.parse_args(), "Arms that are held", measured, tables, ())
