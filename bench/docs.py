@@ -11,7 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from bench import command_line
-from bench.results import appendix, circumstances, folder, preamble, put_into_readme, written
+from bench.results import appendix, circumstances, folder, inserted, preamble, written
 from bench.tables import Table
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -64,7 +64,8 @@ def shown(result: dict[str, Any], report: Path, places: Mapping[Path, Sequence[T
         link = f"[{report.name}]({Path(os.path.relpath(report, text.parent)).as_posix()})"
         source = f"From {link}, {result['date'][:10]}, {machine}. Made by `{result['command']}`."
         lines = [line for table in tables for line in table.markdown(3)]
-        put_into_readme(result["benchmark"], [*lines, source], text)
+        said = inserted(text.read_text(encoding="utf-8"), result["benchmark"], [*lines, source])
+        text.write_text(said, encoding="utf-8")
     return list(places)
 
 

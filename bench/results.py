@@ -139,18 +139,6 @@ def checkout(commit: str) -> Iterator[Path]:
             subprocess.run(["git", "worktree", "remove", "--force", str(other)], cwd=ROOT, check=False)
 
 
-def stem(benchmark: str, *, name: str | None, quick: bool) -> str:
-    """What the files of a result are called: a full one after its script, so that a new one replaces it.
-
-    Args:
-        benchmark: The script's name, without ``.py``.
-        name: a suffix of the user's own; None is ``quick`` for a quick result and nothing for a full one.
-        quick: Whether the result is that of a quick run.
-    """
-    suffix = name or ("quick" if quick else None)
-    return f"{benchmark}-{suffix}" if suffix else benchmark
-
-
 def written(
     result: dict[str, Any],
     markdown: str,
@@ -183,25 +171,6 @@ def written(
     except OSError as error:
         raise InputError(f"results cannot be written to {out}: {error.strerror}") from error
     return [*files, *pictures]
-
-
-def publish(
-    result: dict[str, Any],
-    markdown: str,
-    out: Path,
-    name: str,
-    figures: Callable[[dict[str, Any], Path, str], list[Path]] | None = None,
-    *,
-    as_json: bool = False,
-) -> int:
-    """Write a study's report and numbers, and print one of them: 0, or 2 where they cannot be written."""
-    try:
-        written(result, markdown, out, name, figures)
-    except InputError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    sys.stdout.write((json.dumps(result) if as_json else markdown) + "\n")
-    return 0
 
 
 def _caption(picture: str, name: str) -> str:
@@ -243,8 +212,3 @@ def inserted(text: str, benchmark: str, lines: Sequence[str]) -> str:
     if not found or not closed:
         raise InputError(f"the text has no lines {begin} and {end}; put them where the table belongs")
     return f"{before}{begin}\n" + "\n".join(lines).strip() + f"\n{end}{after}"
-
-
-def put_into_readme(benchmark: str, lines: Sequence[str], readme: Path = README) -> None:
-    """Replace a benchmark's part of the README."""
-    readme.write_text(inserted(readme.read_text(encoding="utf-8"), benchmark, lines), encoding="utf-8")

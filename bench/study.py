@@ -60,6 +60,6 @@ def on_record(
         print(json.dumps(result))
         return result
     report = docs.report(title, result, tables(result))
-    results.written(result, report, given.out, results.stem(name, name=None, quick=quick), figures)
+    results.written(result, report, given.out, f"{name}-quick" if quick else name, figures)
     print(report)
     return result

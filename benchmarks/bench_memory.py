@@ -84,12 +84,7 @@ def measured(level: str, runs: int) -> dict[str, object]:
         name: statistics.median(values) for name, values in zip(STAGES, zip(*added, strict=True), strict=True)
     }
     total = statistics.median(one["resident"][3] for one in found)
-    return {
-        "level": level,
-        "added": stages,
-        "one_planner": total,
-        "loaded": found[-1]["loaded"],
-    }
+    return {"level": level, "added": stages, "one_planner": total, "loaded": found[-1]["loaded"]}
 
 
 def main() -> int:

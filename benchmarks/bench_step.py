@@ -58,8 +58,9 @@ def main() -> int:
         sys.stdout.write(json.dumps(result) + "\n")
     else:
         report.show(result, Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH))
-    name = results.stem("bench_step", name=suffix(options, result), quick=options.quick)
-    files = results.written(result, report.markdown(result), options.out, name)
+    full = options.peers and options.ways == WAYS and not options.steps and report.complete(result)
+    suffix = "-quick" if options.quick else "" if full else "-part"  # only a full run replaces that on record
+    files = results.written(result, report.markdown(result), options.out, f"bench_step{suffix}")
     if options.update_docs and report.complete(result):
         tables = [report.reached(result), report.missed(result), *report.contenders(result)]
         files += docs.shown(result, files[0], {docs.SPEED: tables})
@@ -69,12 +70,6 @@ def main() -> int:
     for file in files:
         messages.print(f"wrote {file}", soft_wrap=True)
     return 0 if any(any(result[f"us{suffix}"].values()) for suffix in report.SUFFIXES.values()) else 1
-
-
-def suffix(options: argparse.Namespace, result: dict[str, Any]) -> str | None:
-    """What the names of the files end with: a run that is not full replaces no result on record."""
-    full = options.peers and options.ways == WAYS and not options.steps and report.complete(result)
-    return None if full or options.quick else "part"
 
 
 def settings_of(way: str, options: argparse.Namespace) -> Settings:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from bench import command_line, docs
-from bench.results import appendix, circumstances, folder, preamble, written
+from bench.results import appendix, folder, preamble, written
 from bench.tables import Table
 
 from ftqp.app.campaign.campaign_summary import fallback_share, share_interval
@@ -125,24 +125,17 @@ def main() -> int:
     except InputError as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    result = {
-        **circumstances("campaigns_table", [], {"campaigns": ", ".join(one["campaign"] for one in rows)}),
-        "rows": rows,
-        "limitations": ["The commands below ran the campaigns; the machine is that of the table."],
-    }
+    settings = {"campaigns": ", ".join(one["campaign"] for one in rows)}
+    limits = ["The commands below ran the campaigns; the machine is that of the table."]
+    result = docs.measured("campaigns_table", settings, rows, limits)
     result["command"] = "python studies/campaigns_table.py FOLDER..."
     tables = [table(rows), *fallbacks(rows)]
-    docs.publish(
-        result, "Campaigns", tables, argparse.Namespace(json=options.json, out=None, update_docs=False)
-    )
+    screen = argparse.Namespace(json=options.json, out=None, update_docs=False)
+    docs.publish(result, "Campaigns", tables, screen)
     out = options.out or (folder("campaigns_table") if options.update_docs else None)
     if out is not None:
-        lines = [
-            *preamble("Campaigns", result),
-            *[line for one in tables for line in one.markdown()],
-            *_commands(rows),
-            *appendix(result),
-        ]
+        shown = [line for one in tables for line in one.markdown()]
+        lines = [*preamble("Campaigns", result), *shown, *_commands(rows), *appendix(result)]
         report, *_ = written(result, "\n".join(lines), out, "campaigns_table")
         if options.update_docs:
             docs.shown(result, report, {CAMPAIGNS: tables})
@@ -152,9 +145,8 @@ def main() -> int:
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="what --out named")
-    parser.add_argument(
-        "--commit", nargs="+", required=True, metavar="HASH", help="of the source that ran them"
-    )
+    of = "of the source that ran them"
+    parser.add_argument("--commit", nargs="+", required=True, metavar="HASH", help=of)
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
     if len(options.commit) == 1:

@@ -56,8 +56,7 @@ def run(robot: ftqp.Robot, drive: str, case: dict[str, Any], seed: int) -> dict[
         if "for" in case:
             since = (t - case["at"]) / case["for"]
             plant.push(case["force"] * (np.sin(np.pi * since) ** 2 if 0.0 <= since <= 1.0 else 0.0))
-        target.pose[:], target.twist[:] = way.pose[k], way.twist[k]
-        target.acceleration[:] = way.acceleration[k]
+        target.at(way.pose[k], way.twist[k], way.acceleration[k])
         step = planner.step(plant.q + NOISE * rng.standard_normal(n), None, target)
         if planner.touch is not None or (planner.diagnosis is not None and planner.diagnosis.touched):
             told["touch"] = t - case["at"] if told["touch"] is None else told["touch"]

@@ -14,11 +14,6 @@ QUICK = 12
 """QPs of each sequence in a quick run: the first ones, still consecutive."""
 
 
-def names(folder: Path = FOLDER) -> tuple[str, ...]:
-    """Names of all sequences, in alphabetical order."""
-    return tuple(sorted(file.stem for file in folder.glob("*.npz")))
-
-
 def sequences(
     wanted: Iterable[str] | None = None, quick: bool = False, *, folder: Path = FOLDER
 ) -> dict[str, Recording]:
@@ -29,10 +24,10 @@ def sequences(
         quick: Cut each to its first QPs.
         folder: Where the ``.npz`` files are.
     """
-    known = names(folder)
+    known = sorted(file.stem for file in folder.glob("*.npz"))
     if not known:
         raise InputError(f"{folder} holds no .npz file; run solvers/problems/record.py")
-    chosen = known if wanted is None else tuple(wanted)
+    chosen = known if wanted is None else list(wanted)
     for name in chosen:
         if name not in known:
             raise unknown("sequence", name, str(folder), known)

@@ -140,8 +140,9 @@ def publish(name: str, title: str, doc: str, page: str, work: Callable[[bool], F
             draw(files[-1])
         return files
 
-    stem = results.stem(name, name=None, quick=given.quick)
-    return results.publish(result, text, given.out, stem, drawn)
+    results.written(result, text, given.out, f"{name}-quick" if given.quick else name, drawn)
+    print(text)
+    return 0
 
 
 def _markdown(title: str, page: str, result: dict[str, Any]) -> str:
