@@ -4,8 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Literal
 
-from ftqp.app.campaign.episode_study import RAISED, Campaign, EpisodeWork
-from ftqp.app.schema.campaign_file import CampaignFile
+from ftqp.app.campaign.episode_study import RAISED, Campaign, CampaignFile, EpisodeWork
 from ftqp.app.schema.reading import read
 from ftqp.core.errors import ScenarioError
 

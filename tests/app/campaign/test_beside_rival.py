@@ -11,8 +11,7 @@ import pytest
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from ftqp.app.campaign.beside_rival import Events, Led, counted, judged, led_by_ftqp, led_by_rival, sentences
-from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign
-from ftqp.app.campaign.wheel_files import located, with_files
+from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign, located, with_files
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import ScenarioError
 

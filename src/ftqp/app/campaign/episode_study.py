@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from typing import Any, final
+from typing import Any, ClassVar, Literal, final
 
 import numpy as np
 
@@ -16,11 +17,9 @@ from ftqp import __version__
 from ftqp.app.campaign import beside_rival, campaign_summary
 from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
-from ftqp.app.campaign.wheel_files import with_files
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, arm_from, resolve, validated
-from ftqp.app.schema.campaign_file import CampaignFile
-from ftqp.app.schema.reading import plain, read
+from ftqp.app.schema.reading import Table, plain, read
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.scenario_file import Scenario
 from ftqp.checker.checked_run import LAWS, Verdict, verdict
@@ -29,10 +28,94 @@ from ftqp.checker.recovery_law import followable, rest_after
 from ftqp.checker.trace import KINEMATIC, PHYSICS, Strictness, Trace
 from ftqp.control.task.keep import Keep, TorqueLimits
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
-from ftqp.core.setting import every_key, keys_of
+from ftqp.core.setting import REQUIRED, every_key, keys_of, setting
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EpisodesTable(Table):
+    """How many episodes, of which numbers, judged how."""
+
+    episodes: int = setting(1000, "how many there are, 1 to 10,000,000", least=1.0, most=1e7)
+    seed: int = setting(0, "of all draws: another one gives other episodes, >= 0", least=0.0)
+    judged: Literal["exactly", "in physics", "beside a rival"] = setting(
+        "exactly",
+        "'exactly' to rounding, for arms that follow exactly; 'in physics' with 2 % on "
+        "limits and 0.1 s to notice what happened; 'beside a rival' by what a user sees of the arm, also "
+        "where it is led by damped least squares",
+    )
+    calm: float | None = setting(
+        None,
+        "how long an arm may take to come to rest where its target rests, > 0; 1 s exactly, 2 s "
+        "in physics if absent",
+        unit="s",
+        above=0.0,
+        most=1e6,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignFile(Table):
+    """A whole campaign."""
+
+    whole: ClassVar[str] = "a campaign"
+    inside: ClassVar[tuple[str, tuple[str, ...]]] = ("scenario", tuple(keys_of(Scenario)))
+
+    description: str = setting("", "what a reader should know")
+    campaign: EpisodesTable = setting(EpisodesTable(), "how many episodes, of which numbers")
+    scenario: dict[str, Any] = setting(REQUIRED, "the tables of a scenario, as in a scenario's file")
+    bundles: dict[str, Any] = setting(
+        {}, "by group and name, values of keys that are drawn together, with a weight"
+    )
+    vary: dict[str, Any] = setting(
+        REQUIRED, "keys of the scenario such as 'planner.dt', each with a list of values or a distribution"
+    )
+
+
+PREFIX = "wheel:"
+"""``wheel:NAME/path`` stands for a file of the installed package NAME."""
+
+
+def located(value: Any) -> Any:
+    """The value, whatever it holds, with the paths of files of packages."""
+    if isinstance(value, Mapping):
+        return {key: located(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [located(inner) for inner in value]
+    if not isinstance(value, str) or not value.startswith(PREFIX):
+        return value
+    name, _, path = value.removeprefix(PREFIX).partition("/")
+    try:
+        file = Path(str(distribution(name).locate_file(path)))
+    except PackageNotFoundError as error:
+        raise FileNotFoundError(f"package {name} is not installed") from error
+    if not file.is_file():
+        raise FileNotFoundError(f"package {name} has no file {path}")
+    return str(file.resolve())
+
+
+def with_files(bundles: Mapping[str, Any], origin: str) -> tuple[dict[str, Any], list[str]]:
+    """The bundles whose files there are, and a sentence for those of each group that are left out."""
+    kept: dict[str, Any] = {}
+    shown = []
+    for group, choices in bundles.items():
+        absent: dict[str, list[str]] = {}
+        kept[group] = {}
+        for name, one in choices.items():
+            try:
+                kept[group][name] = located(one)
+            except FileNotFoundError as error:
+                absent.setdefault(str(error), []).append(name)
+        shown += [
+            f"{group} {', '.join(names)} of {origin} left out, as {why}" for why, names in absent.items()
+        ]
+        if not kept[group]:
+            why = "; ".join(absent) or "there is none"
+            raise ScenarioError(f"{origin} has errors:", [f"bundles.{group} has nothing left to draw: {why}"])
+    return kept, shown
+
 
 ABSENT = "no such file"
 """What stands for the hash of a file that cannot be read."""
