@@ -28,13 +28,14 @@ class Cell:
 
 
 @pytest.mark.long
-def test_a_thousand_stops_end_in_no_jump():
+@pytest.mark.parametrize("stops", [100, pytest.param(1000, marks=pytest.mark.slow)])
+def test_stops_end_in_no_jump(stops):
     """The first command is the measured place, whatever moved the arm, and every step keeps its limits."""
     draw = np.random.default_rng(0)
     limits, middle = PANDA.limits, 0.5 * (PANDA.limits.q_min + PANDA.limits.q_max)
     half = 0.5 * (limits.q_max - limits.q_min)
     planner = started(PANDA, dt=DT, task=ftqp.Task("position"), emergency=None)
-    for _ in range(1000):
+    for _ in range(stops):
         start = middle + 0.6 * half * draw.uniform(-1.0, 1.0, N)
         cell, target = Cell(start), None
         planner.reset(start)

@@ -141,7 +141,8 @@ def test_joint_that_never_moves_the_tip_is_left_out() -> None:
 WEIGHTS = np.array([[1.0, 0.4, 0.0], [0.4, 1.5, -0.5], [0.0, -0.5, 0.8]])
 
 
-@pytest.mark.parametrize("weights", [pytest.param(None, marks=pytest.mark.slow), WEIGHTS])
+@pytest.mark.slow
+@pytest.mark.parametrize("weights", [None, WEIGHTS])
 def test_simulated_arm_rests_off_its_goal_at_a_known_sink(weights: np.ndarray | None) -> None:
     robot, goal = links(1, 1, 0.7), (1.2, 0.9)
     rng = np.random.default_rng(3)

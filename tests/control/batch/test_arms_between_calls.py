@@ -93,9 +93,9 @@ def test_an_arm_finds_a_joint_that_stands_as_a_planner_alone_finds_it(robot, cap
 
 def test_threads_and_neighbours_change_nothing(robot):
     found = []
-    for count, threads in ((300, 1), (300, 3), (40, 1)):
+    for count, threads in ((100, 1), (100, 3), (40, 1)):
         arms = ftqp.batch.Arms(made(robot, level="velocity"), count, threads=threads)
-        arms.reset(None, starts(robot, 300)[:count])
+        arms.reset(None, starts(robot, 100)[:count])
         arms.report(np.arange(count) % 3 == 0, ftqp.Locked(2))
         for k in range(10):
             goals = ftqp.batch.Arms.poses(arms)[:, :3, 3] + 0.01 * np.sin(np.arange(count) + k)[:, None]

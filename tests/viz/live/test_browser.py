@@ -14,6 +14,7 @@ from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.recording import recording
 from ftqp.viz.live.stage import HeatMap
 
+pytestmark = pytest.mark.slow
 PATIENCE = 120.0
 """How long anything may take on a busy machine [s]."""
 
@@ -116,7 +117,6 @@ def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
     assert not planner(source).faults
 
 
-@pytest.mark.slow
 def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page, tab, opened):
     other = opened(page.url, size=(800, 300))
     other.wait_for_selector("#ftqp-status")
@@ -134,7 +134,6 @@ def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page,
     press(tab, "repair", 6, "d.faults === ''")
 
 
-@pytest.mark.slow
 def test_the_target_can_be_dragged(source, page, tab):
     press(tab, "pause", 0, PAUSED)
     start = source.frame().target
@@ -192,7 +191,6 @@ def test_the_target_can_be_dragged(source, page, tab):
     insist(tab.get_by_role("button", name="to path", exact=True).click, lambda: aimed() is None)
 
 
-@pytest.mark.slow
 def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, page, tab):
     tab.get_by_role("tab", name="Ways out").click()
     insist(lambda: click(tab, "look", 0), lambda: "go home" in tab.inner_text("#ftqp-ways"))
@@ -211,7 +209,6 @@ def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, pa
     )
 
 
-@pytest.mark.slow
 def test_a_recording_opens_from_a_file_with_the_network_off_and_asks_for_nothing(tmp_path, opened):
     source = SteppedSource(seconds=0.1, overrides=["faults=[]", "path.duration=3"])
     frames = [source.frame() for _ in range(5)]
@@ -229,7 +226,6 @@ def test_a_recording_opens_from_a_file_with_the_network_off_and_asks_for_nothing
     tab.context.close()
 
 
-@pytest.mark.slow
 def test_a_click_on_the_map_of_failures_plays_one_and_no_name_is_more_than_text(opened):
     names = ("<script>window.hacked = 1</script>", '"><img src=x onerror="window.hacked = 2">')
     robot = ftqp.Robot.from_dh([[0, 0.1, 0.4, 0], [0, 0, 0.3, 0]], joints=list(names), acceleration=5.0)
