@@ -46,11 +46,8 @@ def _gain(gain: Parameter) -> str:
     """A parameter of a recipe with its default; its name alone when it has none."""
     if gain.default is None:
         return gain.name
-    return (
-        f"{gain.name} = {gain.default:g}"
-        if isinstance(gain.default, float)
-        else f"{gain.name} = {gain.default}"
-    )
+    default = f"{gain.default:g}" if isinstance(gain.default, float) else gain.default
+    return f"{gain.name} = {default}"
 
 
 def keys() -> list[dict[str, str]]:

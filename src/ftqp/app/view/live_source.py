@@ -66,7 +66,7 @@ class LiveSource:
         before = due = monotonic()
         while not self._over.is_set():
             wanted = session.speed * period
-            dt, made = session.arms.arm.planner.dt, 0
+            dt = session.arms.arm.planner.dt
             made = session.advance(wanted)
             now = monotonic()
             if made:

@@ -37,11 +37,8 @@ class ReplaySource:
         self._log, self._clock = log, clock
         self._t = np.asarray(log["t"], dtype=np.float64)
         self._arm, self._lock = DrawnArm(robot_of(log)), Lock()
-        self._paused, self._speed, self._message = (
-            False,
-            1.0,
-            " ".join(notes_of(log.metadata, float(log["t"][-1]))),
-        )
+        self._paused, self._speed = False, 1.0
+        self._message = " ".join(notes_of(log.metadata, float(log["t"][-1])))
         self._at, self._since = float(self._t[0]), clock()
         facts = log.metadata
         self._stage = Stage(
