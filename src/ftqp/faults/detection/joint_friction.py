@@ -46,8 +46,8 @@ def friction_of(robot: Robot, logs: Sequence[MotionLog], dt: float, delay: int) 
         MOST_PIECES,
     )
     coulomb, viscous = found.coulomb, found.viscous
-    rubs = ~found.untold["coulomb"] & (coulomb > SIGNIFICANT * found.errors["coulomb"])
-    flows = ~found.untold["viscous"] & (np.abs(viscous) > SIGNIFICANT * found.errors["viscous"])
+    rubs = ~found.not_shown["coulomb"] & (coulomb > SIGNIFICANT * found.errors["coulomb"])
+    flows = ~found.not_shown["viscous"] & (np.abs(viscous) > SIGNIFICANT * found.errors["viscous"])
     return Friction(np.where(rubs, coulomb, 0.0), np.where(rubs | flows, viscous, 0.0))
 
 
