@@ -27,7 +27,7 @@ class Failure:
     joint: int  # Its 0-based index
     kind: str  # One of ``KINDS``
     since: float  # When it failed [s]
-    reported_at: float  # When the planner was told [s]; infinite without that
+    reported_at: float  # When it was reported to the planner [s]; infinite without that
     # Of a weakened joint, what is left of ``q_min``, ``q_max``, ``v_max``, ``a_max``, ``tau_max``
     shares: Mapping[str, float] = field(default_factory=dict)
     jumps: bool = False  # Whether it stops in no time, and the others jump with it
@@ -205,7 +205,7 @@ class Strictness:
 
 
 KINEMATIC = Strictness()
-"""Of a plant that does exactly what it is told."""
+"""Of a plant that follows its commands exactly."""
 PHYSICS = Strictness(
     speed=0.02,
     acceleration=float("inf"),

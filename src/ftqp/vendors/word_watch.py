@@ -86,7 +86,7 @@ class Watch:
     ``Locked`` at every new place.
 
     Args:
-        planner: The planner that is told.
+        planner: The planner that gets the reports.
         table: The name of a table, or a table: ``ftqp.vendors.names()``.
         joints: Names of the joints in the order of the words; None is that of the robot.
         brakes: Joints that have a brake that closes without power, or have none; others as the table says.

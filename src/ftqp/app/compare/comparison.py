@@ -351,7 +351,7 @@ def _figures(folder: Path, rows: Sequence[Mapping[str, Any]]) -> tuple[Path, ...
     try:
         from ftqp.viz.figures.compared_runs import save_comparison
     except MissingPackage:
-        return ()  # the first run has told
+        return ()  # the first run has said it
     files: list[Path] = []
     courses: dict[str, list[Row]] = {}
     for row in rows:

@@ -204,7 +204,7 @@ def take(K: Any) -> None:
         if feedback.unresponsive[i] or gain_reduced(feedback, i):
             row[2] = row[3] = row[4] = row[5] = 0.0
         missed = learned.sent[i] - kinematics.tau[i]
-        if K.faults.code[i] == FREE:  # what was told of its friction is no news
+        if K.faults.code[i] == FREE:  # what was reported of its friction is no news
             missed -= K.faults.friction[i] * supposed.v[i]
         y = missed + learned.used[i] * a[i]
         noise_of_a = learned.felt * learned.felt * learned.noise[i]

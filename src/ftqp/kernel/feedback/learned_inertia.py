@@ -27,7 +27,7 @@ STUCK = 0.25
 PUSHED_TIME = 0.5
 """Its friction is then taken for more and more, up to ``PUSHED`` of its torque limit within this time [s]."""
 AT_LAST = 1.0
-"""After this time [s] they count as told apart."""
+"""After this time [s] they count as distinguished."""
 LEAST_MASS = 1e-3
 """A load lighter than this [kg] is none, because its place, its first moment by its mass, is noise."""
 FARTHEST = 0.15

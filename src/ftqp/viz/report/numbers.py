@@ -142,4 +142,4 @@ _VALUES: Final[dict[str, Callable[[Facts, Log], str]]] = {
     "longest step": _time("max"),
     "steps whose QP was not solved": lambda facts, log: str(facts["qp"]["failures"]),
 }
-"""What is told of a run, and how."""
+"""What is shown of a run, and how."""
