@@ -70,7 +70,7 @@ class Spare:
         self._warm = top - WARM_BELOW if warm is None else as_number("warm", warm)
         self._hot = top - HOT_BELOW if hot is None else as_number("hot", hot)
         if not self._warm < self._hot:
-            raise InputError(f"warm {self._warm:g} is not below hot {self._hot:g}")
+            raise InputError(f"warm is {self._warm:g}, expected less than hot, {self._hot:g}")
         if not 0.0 < positive("still", still) <= 1.0:
             raise InputError(f"still is {still:g}, expected a share in (0, 1]")
         self._still = float(still)
