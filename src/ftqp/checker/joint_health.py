@@ -7,7 +7,7 @@ from ftqp.checker.trace import Strictness, Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 TELLING = 1e-9
-"""News that come between two ticks are heard at the later one, to this [s]."""
+"""Reports between two ticks count at the later one, to this [s]."""
 IMPACT = 0.1
 """A joint that meets its end stop more slowly than this does not shake the others [rad/s or m/s]."""
 

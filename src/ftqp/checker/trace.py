@@ -171,7 +171,7 @@ class Trace:
     progress: FloatArray = field(default_factory=lambda: np.zeros(0))
     rest: Rest | None = None  # What was left of the task after the last failure, where somebody has looked
     holds: Sequence[tuple[float, float]] = ()  # When all joints were held at once, and until when [s]
-    # Which joints the planner believes to have failed, (K, nv); a row of one for all where none
+    # Which failed joints the planner counts on, (K, nv); a row of one for all where none
     blamed: BoolArray = field(default_factory=lambda: np.zeros((1, 1), dtype=np.bool_))
 
     @property

@@ -287,7 +287,7 @@ each other one's lies in it."""
 
 
 def tell_story(parts: Sequence[str], out: Path | None, *, as_json: bool) -> ExitCode:
-    """Plays parts of the story, all of them where none is named, and tells each as soon as it has ended."""
+    """Plays parts of the story, all of them where none is named, and prints each as soon as it has ended."""
     unknown = [name for name in parts if name not in PARTS]
     if unknown:
         raise InputError(f"{unknown[0]!r} is no part of the demo; it has {', '.join(PARTS)}")

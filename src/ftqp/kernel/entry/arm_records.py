@@ -80,7 +80,7 @@ class ArmRecords:
     def tell(
         self, fault: Any, mask: BoolArray, news: BoolArray, goes_on: BoolArray, weak: bool
     ) -> None:  # fmt: skip
-        """Let the arms that are meant believe what a record of kind ``fault``, (1,), says.
+        """Let the arms that are meant count on what a record of kind ``fault``, (1,), says.
 
         Args:
             fault: The record.

@@ -51,7 +51,7 @@ def tell_arms(
     records_at: int, givens_at: int, A: Any, fault: Any, mask: Any, news: Any, goes_on: Any, weak: int,
     rows: Any, out: Any, found: Any,
 ) -> None:  # fmt: skip
-    """Let arms to which it is news believe a fault of a joint, or that it works, as ``planner.report``.
+    """Let arms to which it is news count on a fault of a joint, or that it works, as ``planner.report``.
 
     What was found of the joint is forgotten by all that are meant.
     """

@@ -48,7 +48,7 @@ it to a tenth."""
 def torque_known(K: Any, i: int) -> bool:
     """Whether the torque of joint i is known: it works, or swings freely, away from its stops, without any.
 
-    Not before the filters have forgotten what its motor gave; and after an impact nothing is heard.
+    Not before the filters have forgotten what its motor gave; and after an impact no sample counts.
     """
     code = K.faults.code[i]
     heard: bool = code == HEALTHY or (code == FREE and K.free.contact[i] == 0 and K.learned.until_free == 0)

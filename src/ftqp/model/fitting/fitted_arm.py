@@ -150,7 +150,7 @@ KINDS: dict[str, Unknown] = {
 
 
 SLOWEST = 0.02
-"""Joints slower than this [rad/s or m/s] do not tell the sign of their friction, which may be anything where
+"""Joints slower than this [rad/s or m/s] do not show the sign of their friction, which may be anything where
 they stick."""
 ROUNDS = 6
 """Fits one after another, each about the arm that the last one found and weighted by what it left."""
@@ -394,7 +394,7 @@ def _carrying(robot: Robot, load: FloatArray) -> Robot:
 
 
 def _rms(values: FloatArray, worth: Any) -> FloatArray:
-    """Root mean square of every joint over the pieces that tell something, (nv,)."""
+    """Root mean square of every joint over the pieces that show something, (nv,)."""
     count = np.maximum(worth.sum(axis=0), 1)
     result: FloatArray = np.sqrt((values**2 * worth).sum(axis=0) / count)
     return result
