@@ -42,7 +42,7 @@ def test_the_truth_lies_within_three_standard_errors(found: ftqp.FittedArm, trut
         assert np.abs(z).max() < 3.5, name
 
 
-def test_what_a_joint_that_stands_still_has_is_not_told(panda: ftqp.Robot, motion: Any, truth: Truth) -> None:
+def test_what_a_joint_that_stands_has_is_not_shown(panda: ftqp.Robot, motion: Any, truth: Truth) -> None:
     from tests.model.fitting.conftest import recorded
 
     q, v, a = motion.q.copy(), motion.v.copy(), motion.a.copy()
@@ -53,6 +53,8 @@ def test_what_a_joint_that_stands_still_has_is_not_told(panda: ftqp.Robot, motio
         assert found.not_shown[name][2], name
         assert not found.not_shown[name][[1, 3]].any(), name
     assert found.fitted.chain.armature[2] == panda.chain.armature[2]
+    with pytest.warns(DeprecationWarning, match="not_shown now"):
+        assert found.untold is found.not_shown
 
 
 def test_a_motion_that_excites_nothing_is_refused(panda: ftqp.Robot) -> None:

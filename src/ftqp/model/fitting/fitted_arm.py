@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, final
+from warnings import warn
 
 import numpy as np
 import pinocchio as pin
@@ -213,6 +214,12 @@ class FittedArm:
     pieces: int
     width: float
     left_out: float
+
+    @property
+    def untold(self) -> dict[str, Any]:
+        """`not_shown`, as it was called before 0.4."""
+        warn("what the motion does not show is FittedArm.not_shown now", DeprecationWarning, stacklevel=2)
+        return self.not_shown
 
     @property
     def payload(self) -> Payload | None:
