@@ -40,8 +40,8 @@ def page() -> str:
     lines = [
         "# Gallery",
         "",
-        "Eighteen programs, one idea each ([how ftqp works](how-it-works.md)). Copy the one that is nearest to "
-        "your task. Each prints three numbers; `--figure FILE` draws its picture, and "
+        "Eighteen programs, one idea each ([how ftqp works](how-it-works.md)). Copy the one that is nearest "
+        "to your task. Each prints three numbers; `--figure FILE` draws its picture, and "
         "`python docs/making/gallery.py` this page.",
     ]
     for example in examples():
