@@ -41,7 +41,7 @@ runs = {"as it is": run(first, learns=False), "adapting": run(first, learns=True
 plain, learned = runs.values()
 print(f"the law as it is ends: {plain.error:.4f} m from the goal")
 print(f"the law that adapts ends: {learned.error:.4f} m from it, as near as the remaining joints can")
-print(f"what the locked joint is believed to do: {learned.theta[0]:.2f} of its commands")
+print(f"estimate of the locked joint's motion: {learned.theta[0]:.2f} of its commands")
 for case in list(CASES) if options.all else ():
     plain, learned = run(case, learns=False), run(case, learns=True)
     last = plain.errors[len(plain.errors) // 2 :]

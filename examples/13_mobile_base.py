@@ -1,6 +1,6 @@
 """A Panda on a mobile base takes its tool two metres away, and a drive of the base locks.
 
-Base and arm are joints of one robot, and what works makes up for what does not.
+Base and arm are joints of one robot, and the remaining joints make up for the locked one.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """An arm on a satellite moves its tool along a line, and a joint locks.
 
-The planner counts on the reaction that turns the satellite. One that takes its base to stand still misses
-the line.
+The planner takes into account that the arm's motion turns the satellite. One that assumes a base at rest
+misses the line.
 """
 
 import argparse
@@ -32,19 +32,19 @@ def react(q: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 
 cases = {
-    "counts on the reaction": (robot, None),
-    "counts on it, a joint locks": (robot, ftqp.Locked("panda_joint3")),
-    "believes its base to stand still": (arm, None),
+    "with the reaction": (robot, None),
+    "with it, a joint locks": (robot, ftqp.Locked("panda_joint3")),
+    "assumes a base at rest": (arm, None),
 }
 offs, turns, times = {}, {}, DT * np.arange(TICKS)
-for name, (believed, fault) in cases.items():
-    planner = ftqp.Planner(believed, DT, level="velocity", emergency=None)
+for name, (model, fault) in cases.items():
+    planner = ftqp.Planner(model, DT, level="velocity", emergency=None)
     q, off, turned = robot.neutral.copy(), [], []
-    planner.reset(q[-believed.nv :])
+    planner.reset(q[-model.nv :])
     for k in range(TICKS):
         if fault is not None and k == TICKS // 4:
             planner.report(fault)
-        step = planner.step(q[-believed.nv :], None, targets.at(k))
+        step = planner.step(q[-model.nv :], None, targets.at(k))
         joints = step.q[-7:].copy()
         q = np.r_[react(q, joints - q[6:]), joints]
         off.append(1e3 * float(np.linalg.norm(robot.pose(q)[:3, 3] - way.pose[k][:3, 3])))

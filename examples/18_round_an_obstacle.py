@@ -1,6 +1,6 @@
-"""An arm goes round a wall, a joint locks half-way, and the arm thinks and goes on with the others.
+"""An arm goes round a wall, a joint locks half-way, and the remaining joints find another way.
 
-Where it cannot go straight, a way of the joints is looked for. A page shows it as a ghost.
+Where the arm cannot go straight, `GoTo` searches a way of the joints. The live page shows it as a ghost.
 """
 
 import argparse
@@ -26,21 +26,21 @@ beyond = start * [-1, 1, 1, 1, 1, 1, 1]
 planner.reset(start)
 goto = ftqp.GoTo(planner, pose=robot.pose(beyond))
 page = None if given.headless else ftqp.view(planner, start)
-q, motion, thought = start, [start], [0, 0]
+q, motion, searched = start, [start], [0, 0]
 while not goto.done:
     if len(motion) == LOCK:
         planner.report(ftqp.Locked("panda_joint3", mode="instant"))
     step = goto.step(q)
     q = step.q.copy()
     motion.append(q)
-    thought[len(motion) > LOCK] += goto.note.startswith("the straight way cannot be gone")
+    searched[len(motion) > LOCK] += goto.note.startswith("the straight way cannot be gone")
     if page is not None:
         page.show(step, way=goto.way)
 
 apart = planner.distances(np.array(motion))
 near = 1e3 * np.min([distance for pair, distance in apart.items() if "wall" in pair], axis=0)
 print(
-    f"looks for a way, and for another when joint 3 locks: {DT * thought[0]:.2f} s, {DT * thought[1]:.2f} s"
+    f"looks for a way, and for another when joint 3 locks: {DT * searched[0]:.2f} s, {DT * searched[1]:.2f} s"
 )
 print(f"{goto.sentence}, after: {DT * len(motion):.2f} s")
 print(f"least distance from the wall: {near.min():.0f} mm")

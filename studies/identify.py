@@ -51,13 +51,13 @@ def measured(quick: bool) -> list[dict[str, Any]]:
             row: dict[str, Any] = {"arm": name, "share_left": float((found.left / found.before).max())}
             for kind in ("rotors", "coulomb", "viscous"):
                 true = np.array([truth[kind][joint] for joint in robot.joints])
-                told = ~found.untold[kind]
-                row[kind] = (np.abs(getattr(found, kind) / true - 1.0)[told]).tolist()
-                row[f"{kind}_z"] = ((getattr(found, kind) - true) / found.errors[kind])[told].tolist()
-            told = ~found.untold["gains"]
-            row["gains"] = np.abs(found.gains - gains)[told].tolist()
-            told = ~found.untold["offsets"]
-            row["offsets"] = np.abs(found.offsets - offsets)[told].tolist()
+                shown = ~found.not_shown[kind]
+                row[kind] = (np.abs(getattr(found, kind) / true - 1.0)[shown]).tolist()
+                row[f"{kind}_z"] = ((getattr(found, kind) - true) / found.errors[kind])[shown].tolist()
+            shown = ~found.not_shown["gains"]
+            row["gains"] = np.abs(found.gains - gains)[shown].tolist()
+            shown = ~found.not_shown["offsets"]
+            row["offsets"] = np.abs(found.offsets - offsets)[shown].tolist()
             load = truth["payload"]
             row["load"] = abs(found.load[0] / load.mass - 1.0)
             row["centre"] = float(np.linalg.norm(found.load[1:4] / found.load[0] - load.com))

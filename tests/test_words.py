@@ -45,6 +45,14 @@ def test_the_pages_that_a_user_reads_are_few_words_in_all():
     assert sum(len(file.read_text(encoding="utf-8").split()) for file in PAGES) <= MOST_WORDS_IN_ALL
 
 
+def test_every_other_page_leads_to_how_it_works():
+    made = ("index", "contributing", "changelog", "history", "security", "references", "reference/")
+    pages = [page for page in in_nav() if not page.startswith((*made, "how-it-works"))]
+    assert len(pages) > 25
+    texts = {page: (ROOT / "docs" / page).read_text(encoding="utf-8") for page in pages}
+    assert not [page for page, text in texts.items() if "how-it-works.md)" not in text]
+
+
 def test_readme_is_read_in_a_few_minutes():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= MOST_IN_README
 

@@ -40,8 +40,9 @@ def page() -> str:
     lines = [
         "# Gallery",
         "",
-        "Eighteen programs, one idea each. Copy the one that is nearest to your task. Each prints three "
-        "numbers; `--figure FILE` draws its picture, and `python docs/making/gallery.py` this page.",
+        "Eighteen programs, one idea each ([how ftqp works](how-it-works.md)). Copy the one that is nearest "
+        "to your task. Each prints three numbers; `--figure FILE` draws its picture, and "
+        "`python docs/making/gallery.py` this page.",
     ]
     for example in examples():
         story = ast.get_docstring(ast.parse(example.read_text(encoding="utf-8"))) or ""

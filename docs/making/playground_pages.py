@@ -65,5 +65,9 @@ def made_page(name: str) -> Path | str:
         return file
     file.parent.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-P", "-m", "ftqp", "build", PAGES[name], "--page", str(file)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return file if done.returncode == 0 else f"{done.stderr.strip().splitlines()[-1]}."
+    shown = sys.stderr.isatty()  # there the build says itself how long it still takes
+    kept = subprocess.PIPE
+    done = subprocess.run(command, stdout=kept, stderr=None if shown else kept, text=True, check=False)
+    if done.returncode == 0:
+        return file
+    return "the reason stands above." if shown else f"{done.stderr.strip().splitlines()[-1]}."

@@ -104,8 +104,8 @@ def test_a_makers_limit_says_what_is_warm_and_hot():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"warm": 65.0}, "warm 65 is not below hot 65"),
-        ({"warm": 70.0}, "warm 70 is not below hot 65"),
+        ({"warm": 65.0}, "warm is 65, expected less than hot, 65"),
+        ({"warm": 70.0}, "warm is 70, expected less than hot, 65"),
         ({"still": 0.0}, "still"),
         ({"still": 1.5}, r"still is 1.5, expected a share in \(0, 1\]"),
         ({"warm": None}, "warm and hot are not both given"),

@@ -245,7 +245,7 @@ def test_what_does_not_fit_the_robot_is_refused():
         watch.look({"status": [0] * 6}, PANDA.neutral)
     with pytest.raises(ftqp.InputError, match="status holds nan"):
         watch.look({"status": [float("nan")] * 7}, PANDA.neutral)
-    with pytest.raises(ftqp.InputError, match=re.escape("nothing stands of the arm; see watch.standing")):
+    with pytest.raises(ftqp.InputError, match=re.escape("no fault of the arm is there; watch.standing")):
         watch.recover()
 
 

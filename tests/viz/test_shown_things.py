@@ -78,8 +78,10 @@ def test_what_a_console_shows_says_what_it_is(result):
     assert re.fullmatch(
         r"Line\(begins at 0\.3069, 0, 0\.4869 m, lasts 1 s, is long 0\.05 m, .*\)", repr(path)
     )
-    targets = ftqp.Targets(path.sample([0.0, 0.5, 1.0]).pose)
-    assert repr(targets.at(2)) == "Targets(3 poses, turned to number 2)"
+    sample = path.sample([0.0, 0.5, 1.0])
+    targets = ftqp.Targets(sample.pose)
+    assert repr(targets.at(2)) == "Targets(3 poses, now number 2)"
+    assert repr(sample) == "PathSample(3 poses, twists and accelerations)"
     arms = ftqp.batch.rollout(ftqp.Planner(PANDA), np.repeat(PANDA.neutral[None], 2, axis=0), targets=targets)
     assert repr(arms).startswith("Rollout(2 arms; ticks: ") and "SCALED" not in repr(arms)
 

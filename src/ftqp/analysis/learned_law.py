@@ -247,7 +247,7 @@ def learned_run(
     seed: int = 0,
     **settings: Any,
 ) -> LearnedRun:
-    """The motion of an arm whose joints are locked from the start, under a ``LearnedLaw`` that is not told.
+    """The motion of an arm whose joints are locked from the start, under a ``LearnedLaw``, unreported.
 
     Args:
         robot: The arm.

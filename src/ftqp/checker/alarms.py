@@ -29,7 +29,7 @@ class Detection:
 
     healthy: float  # How long nothing had failed and the detector was watching [s]
     false_alarms: int  # Alarms of that time
-    unannounced: int  # Failures of which nobody told the detector before it could find them
+    unannounced: int  # Failures that nobody reported before the detector could find them
     showed: int  # Those of them that made a difference, or were found
     found: int  # Those whose joint it named
     right_kind: int  # Those whose kind was among those named as well

@@ -1,4 +1,4 @@
-"""Which joints of a run obey, what is left of their limits, and when they are told anew or struck."""
+"""Which joints of a run obey, what is left of their limits, and when a report comes or a stop strikes."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from ftqp.checker.trace import Strictness, Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 TELLING = 1e-9
-"""News that come between two ticks are heard at the later one, to this [s]."""
+"""Reports between two ticks count at the later one, to this [s]."""
 IMPACT = 0.1
 """A joint that meets its end stop more slowly than this does not shake the others [rad/s or m/s]."""
 
@@ -15,8 +15,8 @@ IMPACT = 0.1
 def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]]:
     """Which joints obey, (K, nv), and the limits that are left, (K, nv) by name, at each tick.
 
-    A weakened joint has its lower limits from when the planner is told; until then nobody knows that it does
-    not do what it is told.
+    A weakened joint has its lower limits from the report on; until then nobody knows that it does
+    not follow its command.
     """
     t = run.t
     obeys = np.ones((len(t), len(arm.names)), dtype=np.bool_)

@@ -237,7 +237,7 @@ def stands(arm: ModelFile, run: Trace, strict: Strictness, failure: Failure) -> 
 def _ramp(run: Trace, failure: Failure, t: Any) -> Any:
     """How fast a joint may still be sent to move while its command comes to rest, (K,) [rad/s or m/s].
 
-    A planner that was told late brings its own command to rest as it was told that the joint does, from what
+    A planner that gets a late report brings its own command to rest as reported of the joint, from what
     it observed last, which need not be quite at rest.
     """
     if not np.isfinite(failure.deceleration) or not np.isfinite(failure.reported_at):

@@ -145,7 +145,7 @@ def recovery(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 
 
 def rest_after(arm: ModelFile, run: Trace, strict: Strictness) -> Rest | None:
-    """What is left of a task after locks and weakened joints that the planner was told of.
+    """What is left of a task after locks and weakened joints that were reported.
 
     The search begins where the arm is when the locked joints stand and the planner knows. From there the
     tip comes back to its target in ``COMES_BACK``, by a quintic that begins as fast as the tip is, and

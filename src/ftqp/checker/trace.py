@@ -27,7 +27,7 @@ class Failure:
     joint: int  # Its 0-based index
     kind: str  # One of ``KINDS``
     since: float  # When it failed [s]
-    reported_at: float  # When the planner was told [s]; infinite without that
+    reported_at: float  # When it was reported to the planner [s]; infinite without that
     # Of a weakened joint, what is left of ``q_min``, ``q_max``, ``v_max``, ``a_max``, ``tau_max``
     shares: Mapping[str, float] = field(default_factory=dict)
     jumps: bool = False  # Whether it stops in no time, and the others jump with it
@@ -171,7 +171,7 @@ class Trace:
     progress: FloatArray = field(default_factory=lambda: np.zeros(0))
     rest: Rest | None = None  # What was left of the task after the last failure, where somebody has looked
     holds: Sequence[tuple[float, float]] = ()  # When all joints were held at once, and until when [s]
-    # Which joints the planner believes to have failed, (K, nv); a row of one for all where none
+    # Which failed joints the planner counts on, (K, nv); a row of one for all where none
     blamed: BoolArray = field(default_factory=lambda: np.zeros((1, 1), dtype=np.bool_))
 
     @property
@@ -205,7 +205,7 @@ class Strictness:
 
 
 KINEMATIC = Strictness()
-"""Of a plant that does exactly what it is told."""
+"""Of a plant that follows its commands exactly."""
 PHYSICS = Strictness(
     speed=0.02,
     acceleration=float("inf"),

@@ -63,6 +63,8 @@ def reading(file: object, what: str, remedy: str) -> Iterator[None]:
         yield
     except FtqpError:
         raise
+    except FileNotFoundError as error:
+        raise InputError(f"{file} does not exist, expected {what}; {remedy}") from error
     except Exception as error:  # JSON, zip, numpy and SQLite have many for bytes that nobody has written
         why = f"{type(error).__name__}: {error!s:.100}"
         raise InputError(f"{file} is not {what}, or is damaged ({why}); {remedy}") from error

@@ -1,4 +1,4 @@
-"""Attributes that are set once: whoever sets one later is told how to get what was meant."""
+"""Attributes that are set once: whoever sets one later reads how to get what was meant."""
 
 from collections.abc import Callable
 from operator import attrgetter

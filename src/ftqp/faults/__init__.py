@@ -1,1 +1,1 @@
-"""What the planner believes about its joints. What really fails, and when, is in ``ftqp.sim``."""
+"""Which faults the planner counts on. What really fails, and when, is in ``ftqp.sim``."""

@@ -1,4 +1,4 @@
-"""Belief: which joints are held to have failed, and how the planner's record is told."""
+"""Belief: which joints are held to have failed, and how the planner's record gets them."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -24,7 +24,7 @@ from ftqp.kernel.layout.record import dtype
 from ftqp.model.robot import Robot
 
 SHARES = {"v_max": "velocity", "a_max": "acceleration", "tau_max": "torque"}
-"""Limits, and what the share that is left of each is called where it is told to the kernel."""
+"""Limits, and what the share that is left of each is called in the kernel's record."""
 
 
 @final
@@ -123,7 +123,7 @@ class Belief:
 
 
 def fault_record(i: int, fault: Fault | None) -> Any:
-    """What the kernel is told of joint i, None that it works: a record of kind ``fault``, (1,)."""
+    """What the kernel gets of joint i, None that it works: a record of kind ``fault``, (1,)."""
     memory = np.zeros(1, dtype("fault"))
     said = memory[0]
     said["joint"] = i

@@ -148,7 +148,7 @@ class Degraded:
 
 
 SWINGS = "reporting a free-swinging joint needs"
-"""The beginning of the sentence that refuses a robot with branches; one that is not told goes on."""
+"""The beginning of the sentence that refuses a robot with branches; one without a report goes on."""
 
 Fault = Locked | FreeSwinging | Degraded
 """Any fault."""

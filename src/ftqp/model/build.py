@@ -34,7 +34,7 @@ LENGTH_FRACTION = 1.0 / 6.0
 
 
 class Shape(TypedDict, total=False):
-    """What every reader may be told by keyword; ``Robot.from_pinocchio`` says what each is."""
+    """What every reader takes by keyword; ``Robot.from_pinocchio`` says what each is."""
 
     limits: JointLimits | Mapping[str, Any] | None
     acceleration: Any
@@ -44,7 +44,7 @@ class Shape(TypedDict, total=False):
 
 
 class Wishes(Shape, total=False):
-    """What a reader of a model or file may be told by keyword."""
+    """What a reader of a model or file takes by keyword."""
 
     q_locked: Mapping[str, float] | None
     name: str | None

@@ -612,7 +612,7 @@ class Robot:
         return self._remade(model, dropped=("friction",), said=said)
 
     def with_rotors(self, inertia: Any) -> Self:
-        """This robot with other rotors, as joints feel them behind gears: inertia times ratio squared.
+        """This robot with other rotors, as seen from the joints behind gears: inertia times ratio squared.
 
         URDF has no field for them, and behind a gear a rotor can be most of what a joint accelerates.
 

@@ -107,7 +107,7 @@ FEED_FORWARDS = ("sampled", "mean")
 MEMORY = "memory"
 """In place of a file: the log is kept in memory."""
 PROGRESS_PERIOD = 100_000_000
-"""Progress is told at most this often [ns of wall time]."""
+"""Progress is reported at most this often [ns of wall time]."""
 _INTERFACES = {"position": "positions", "velocity": "velocities", "torque": "torques"}
 _STOPS = np.isin(np.arange(len(StepStatus)), STOP_CODES)
 """Whether the status of each code gives up the task."""

@@ -36,7 +36,7 @@ class ResolvedRates:
       smallest singular value s is damped by lambda^2 = near_singular^2 - s^2 (Nakamura and Hanafusa's rule)
     * all speeds are scaled down together to the limits v_max, then all changes to a_max dt, then the integral
       q + dt v is kept within the range
-    * a joint that it is told of gets no column of J, and the speed 0
+    * a joint that is reported gets no column of J, and the speed 0
 
     It sends its integral and v, as ftqp does, so that position servos are led by the speed. It reads the
     model by pinocchio, and shares no formula with ftqp's planner.
@@ -127,7 +127,7 @@ class ResolvedRates:
 
 
 class Rival(Protocol):
-    """Who leads an arm without ftqp: begins at q, is told of a lock, and gives a command a tick."""
+    """Who leads an arm without ftqp: begins at q, gets the report of a lock, and gives a command a tick."""
 
     def reset(self, q: FloatArray) -> None: ...
     def tell(self, joint: str | int) -> None: ...

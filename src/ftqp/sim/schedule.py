@@ -1,4 +1,4 @@
-"""When joints really fail, and when the planner is told: the truth that only a simulation knows."""
+"""When joints really fail, and when that is reported: the truth that only a simulation knows."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ NEVER = 2.0**62
 
 
 Announced = float | Literal["never"] | None
-"""When the planner is told [s]; ``None`` at once, ``"never"`` not at all."""
+"""When it is reported to the planner [s]; ``None`` at once, ``"never"`` not at all."""
 FIELDS, ONCE = ("at", "fault", "announced"), ("fault", "at", "announced")
 """The order of what an event is made with, and that of earlier versions."""
 
@@ -52,7 +52,7 @@ class FaultEvent:
         object.__setattr__(self, "announced", self._reported_at(parts.get("announced")))
 
     def _reported_at(self, announced: Any) -> Announced:
-        """When the planner is told, checked."""
+        """When it is reported, checked."""
         if announced is None or announced == "never":
             return cast("Announced", announced)
         if not isinstance(announced, int | float):

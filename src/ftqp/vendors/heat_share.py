@@ -33,7 +33,7 @@ class Spare:
     stays. With ``over`` it looks at a mean: give it \\|tau\\| / tau_max, warm=0.6, hot=0.9, over=10.
 
     Args:
-        planner: The planner that is told.
+        planner: The planner that gets the reports.
         joint: Its name.
         warm: From here on it is spared [K or C, or a share]; None is ``limit`` less 20.
         hot: Here it is spared most, and above it the verdict is to rest it; None is ``limit`` less 5.
@@ -70,7 +70,7 @@ class Spare:
         self._warm = top - WARM_BELOW if warm is None else as_number("warm", warm)
         self._hot = top - HOT_BELOW if hot is None else as_number("hot", hot)
         if not self._warm < self._hot:
-            raise InputError(f"warm {self._warm:g} is not below hot {self._hot:g}")
+            raise InputError(f"warm is {self._warm:g}, expected less than hot, {self._hot:g}")
         if not 0.0 < positive("still", still) <= 1.0:
             raise InputError(f"still is {still:g}, expected a share in (0, 1]")
         self._still = float(still)
@@ -121,7 +121,7 @@ class Spare:
     def _report(self, value: float) -> Verdict | None:
         """Tell the planner where the share has moved far enough, and nothing else stands of the joint."""
         present = self._planner.faults.get(self._joint)
-        if present is None:  # somebody has withdrawn what was told
+        if present is None:  # somebody has withdrawn what was reported
             self._given = 1.0
         moved = abs(self._share - self._given) >= LEAST_CHANGE - 1e-9
         ends = self._share in (1.0, self._still) and self._share != self._given

@@ -238,7 +238,7 @@ class Table:
         )  # fmt: skip
 
     def _fault(self, row: Row, joint: str, brakes: Mapping[str, bool]) -> Fault | None:
-        """What a planner is told of the joint."""
+        """What is reported of the joint."""
         loose = row.joint == "off" and not row.sensor and not brakes.get(joint, self.brakes)
         if loose:
             return FreeSwinging(joint)

@@ -35,7 +35,7 @@ class Verdict:
 
     Args:
         joint: The joint's name; None is the arm as a whole.
-        fault: What a planner is told, or None. A joint that is off and has no known brake is
+        fault: What is reported to a planner, or None. A joint that is off and has no known brake is
             ``ftqp.FreeSwinging``; a ``Watch`` looks at what it does.
         arm: What the whole arm does: ``goes_on``, ``paused`` or ``off``.
         why: One sentence, with the word and its number.

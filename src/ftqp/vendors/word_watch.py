@@ -73,7 +73,7 @@ class Recovery:
 
 @final
 class Watch:
-    """Looks at the status words of an arm once a period, and tells a planner what they mean.
+    """Looks at the status words of an arm once a period, and reports to a planner what they mean.
 
     A fault counts when two successive answers show it. It is withdrawn by ``withdraw`` or ``begin_again``
     only, never because its bit has gone. Nothing here acknowledges anything at a controller.
@@ -86,7 +86,7 @@ class Watch:
     ``Locked`` at every new place.
 
     Args:
-        planner: The planner that is told.
+        planner: The planner that gets the reports.
         table: The name of a table, or a table: ``ftqp.vendors.names()``.
         joints: Names of the joints in the order of the words; None is that of the robot.
         brakes: Joints that have a brake that closes without power, or have none; others as the table says.
@@ -220,11 +220,11 @@ class Watch:
             joint: Its name; None is the arm as a whole.
 
         Raises:
-            InputError: Nothing stands of it.
+            InputError: No fault of it is there.
         """
         found = [one for one in self._standing.values() if one.recovery and joint in (one.joint, None)]
         if not found:
-            raise InputError(f"nothing stands of {joint or 'the arm'}; see watch.standing")
+            raise InputError(f"no fault of {joint or 'the arm'} is there; watch.standing lists what is")
         worst = max(
             found, key=lambda one: (any(step.by == PERSON for step in one.recovery), ARM.index(one.arm))
         )

@@ -283,7 +283,7 @@ def test_demo_tells_of_the_brake(tmp_path: Path) -> None:
         assert words in said
     assert (tmp_path / "out" / "figures" / "rivals.png").stat().st_size > 20_000
     assert ftqp.load_log(tmp_path / "out").metadata["faults"][0]["announced"] is None
-    assert ftqp.load_log(tmp_path / "out" / "told").metadata["faults"][0]["announced"] == 2.2
+    assert ftqp.load_log(tmp_path / "out" / "reported").metadata["faults"][0]["announced"] == 2.2
     rows = re.findall(r"^(\w[\w, ]+?) +([\d.]+ [mu]m) +([\d.]+ [mu]m) +([\d.]+ [mu]m)$", said, re.M)
     assert [name for name, *_ in rows] == [FINDS, OWN_REPORTED, RIVAL_NEVER, RIVAL_REPORTED]
 

@@ -41,7 +41,7 @@ def test_rotors_and_load_of_a_log_are_said_and_kept(file: Path, tmp_path: Path) 
     facts: Any = json.loads(result.stdout)
     assert facts["rotors"]["panda_joint2"]["value"] == pytest.approx(0.1, abs=0.04)
     assert facts["load"]["mass"] == pytest.approx(1.5, rel=0.05)
-    assert not facts["offsets"]["panda_joint1"]["told"]
+    assert not facts["offsets"]["panda_joint1"]["shown"]
     again = ftqp.Robot.from_urdf(urdf)
     np.testing.assert_allclose(again.chain.armature, 0.1, atol=0.05)
     np.testing.assert_allclose(again.coulomb, 0.3, atol=0.05)

@@ -208,8 +208,8 @@ def test_an_arm_that_touches_itself_where_it_begins_is_refused_by_name():
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"scene": [1]}, "ftqp.Scene or None"),
-        ({"clearance": 0.02}, "ftqp.Clearance or None"),
+        ({"scene": [1]}, r"scene\.add\(name, shape\), or None"),
+        ({"clearance": 0.02}, r"ftqp\.Clearance\(keep=0\.02\) or None"),
         ({"clearance": ftqp.Clearance(ignore=[("panda_hand", "tabel")])}, "names of capsules"),
         ({"clearance": ftqp.Clearance(), "scheme": "pseudoinverse", "level": "velocity"}, "solves no QP"),
     ],

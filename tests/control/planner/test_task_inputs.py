@@ -169,7 +169,9 @@ def test_reports_are_looked_up_as_tasks_are():
     assert list(tasks) == [LEFT, "elbow"] and "tip" in tasks and "elbw" not in tasks
     assert np.array_equal(tasks["tip"].error, tasks[LEFT].error) and tasks.get("elbw") is None
     for known, more in ((tasks, f"{LEFT}, elbow"), (planner.tasks, "elbow")):
-        with pytest.raises(ftqp.InputError, match=rf"no task 'elbw' \(did you mean 'elbow'\?\).*: {more}$"):
+        with pytest.raises(
+            ftqp.InputError, match=rf"no task 'elbw' \(did you mean 'elbow'.*; the planner has {more}$"
+        ):
             known["elbw"]
 
 

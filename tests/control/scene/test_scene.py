@@ -62,7 +62,7 @@ def test_a_move_that_is_refused_leaves_the_thing_where_it_was():
     for place, twist in (((np.nan, 0, 0), None), ((0, 0, 0), (1.0, 2.0)), (np.zeros((3, 3)), None)):
         with pytest.raises(InputError):
             scene.move("ball", place, twist)
-    with pytest.raises(InputError, match="there is a 'ball' in the scene"):
+    with pytest.raises(InputError, match="'ball' is in the scene already"):
         scene.add("ball", ftqp.Sphere(0.1))
     np.testing.assert_array_equal(scene["ball"].place[:3, 3], [1.0, 0.0, 0.0])
 

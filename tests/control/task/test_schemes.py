@@ -324,6 +324,7 @@ def test_every_recipe_is_known_by_name_and_convex_at_both_levels():
     ("given", "sentence"),
     [
         ("mvm", r"'mvm' is not a scheme \(did you mean 'mvn'\?\); there are mvn, .*man, .*rmp, "),
+        ("dlsm(alpha=2)", r"not a scheme \(did you mean 'dlsm'\?\); .*, and gains as a table, .*alpha"),
         ({"mu": 1.0}, "expected a name, {name = ..., ...} or an ftqp.Scheme"),
         (7, "scheme is 7, expected a name"),
         ({"name": "dlsm", "alpha": 1.0}, r"alpha is 1, expected a share in \[0, 1\); for torque alone use"),

@@ -1,4 +1,4 @@
-"""What an arm has beside its model is found, with errors that are true, and what is not told is said."""
+"""What an arm has beside its model is found, with errors that are true, and what is not shown is said."""
 
 from typing import Any
 
@@ -16,10 +16,10 @@ def found(panda: ftqp.Robot, log: ftqp.TorqueLog) -> ftqp.FittedArm:
 
 def test_rotors_and_friction_are_found_to_a_tenth(found: ftqp.FittedArm, truth: Truth) -> None:
     for name in ("rotors", "coulomb", "viscous"):
-        told = ~found.untold[name]
-        assert told.sum() >= 6
+        shown = ~found.not_shown[name]
+        assert shown.sum() >= 6
         wrong = np.abs(getattr(found, name) / getattr(truth, name) - 1.0)
-        assert wrong[told].max() < 0.1, name
+        assert wrong[shown].max() < 0.1, name
 
 
 def test_a_load_is_found_to_a_twentieth_and_its_centre_to_5_mm(found: ftqp.FittedArm, truth: Truth) -> None:
@@ -32,8 +32,8 @@ def test_a_load_is_found_to_a_twentieth_and_its_centre_to_5_mm(found: ftqp.Fitte
 def test_gains_and_offsets_of_the_log_are_found_where_they_are_told(
     found: ftqp.FittedArm, truth: Truth
 ) -> None:
-    assert np.abs(found.gains - truth.gains)[~found.untold["gains"]].max() < 0.02
-    assert np.abs(found.offsets - truth.offsets)[~found.untold["offsets"]].max() < 5e-3
+    assert np.abs(found.gains - truth.gains)[~found.not_shown["gains"]].max() < 0.02
+    assert np.abs(found.offsets - truth.offsets)[~found.not_shown["offsets"]].max() < 5e-3
 
 
 def test_the_truth_lies_within_three_standard_errors(found: ftqp.FittedArm, truth: Truth) -> None:
@@ -42,7 +42,7 @@ def test_the_truth_lies_within_three_standard_errors(found: ftqp.FittedArm, trut
         assert np.abs(z).max() < 3.5, name
 
 
-def test_what_a_joint_that_stands_still_has_is_not_told(panda: ftqp.Robot, motion: Any, truth: Truth) -> None:
+def test_what_a_joint_that_stands_has_is_not_shown(panda: ftqp.Robot, motion: Any, truth: Truth) -> None:
     from tests.model.fitting.conftest import recorded
 
     q, v, a = motion.q.copy(), motion.v.copy(), motion.a.copy()
@@ -50,9 +50,11 @@ def test_what_a_joint_that_stands_still_has_is_not_told(panda: ftqp.Robot, motio
     still = ftqp.ExcitingMotion(t=motion.t, q=q, v=v, a=a)
     found = ftqp.fitted_arm(panda, recorded(panda, still, truth))
     for name in ("rotors", "coulomb", "viscous"):
-        assert found.untold[name][2], name
-        assert not found.untold[name][[1, 3]].any(), name
+        assert found.not_shown[name][2], name
+        assert not found.not_shown[name][[1, 3]].any(), name
     assert found.fitted.chain.armature[2] == panda.chain.armature[2]
+    with pytest.warns(DeprecationWarning, match="not_shown now"):
+        assert found.untold is found.not_shown
 
 
 def test_a_motion_that_excites_nothing_is_refused(panda: ftqp.Robot) -> None:

@@ -60,14 +60,16 @@ def test_elastic_gear_rings_at_its_resonance_and_play_pulls_at_nothing():
     m, w = np.array([2.0]), np.array([100.0])
     gear = Gear(m, w, np.zeros(1))
     gear.reset(np.array([0.01]))  # the joint is held at 0, and the rotor lets go
-    pulls = [gear.pull(np.zeros(1), np.zeros(1), np.zeros(1), 1e-4)[0] for _ in range(5000)]
+    pulls = [gear.spring_torque(np.zeros(1), np.zeros(1), np.zeros(1), 1e-4)[0] for _ in range(5000)]
     turns = np.flatnonzero(np.diff(np.sign(pulls)))
     assert np.pi / (np.mean(np.diff(turns)) * 1e-4) == pytest.approx(100.0 * np.sqrt(2.0), rel=0.01)
     play = Gear(m, w, np.array([0.02]))
     play.reset(np.array([0.009]))
-    assert play.pull(np.zeros(1), np.zeros(1), np.zeros(1), 1e-4)[0] == 0.0
+    assert play.spring_torque(np.zeros(1), np.zeros(1), np.zeros(1), 1e-4)[0] == 0.0
     play.reset(np.array([0.012]))
-    assert play.pull(np.zeros(1), np.zeros(1), np.zeros(1), 1e-4)[0] == pytest.approx(2.0 * 1e4 * 0.002)
+    assert play.spring_torque(np.zeros(1), np.zeros(1), np.zeros(1), 1e-4)[0] == pytest.approx(
+        2.0 * 1e4 * 0.002
+    )
 
 
 def test_arm_in_physics_droops_by_its_weight_over_the_stiffness():

@@ -70,7 +70,7 @@ def test_a_click_on_a_joint_locks_it_and_the_page_says_both_errors(tab):
     until(tab, "+d.tick > 300 && d.status === 'OK'")
     assert float(data(tab)["error"]) < 1e-5
     tab.get_by_role("button", name="lock", exact=True).nth(2).click()
-    until(tab, "d.faults === 'panda_joint3:locked' && +d.neverTold > 1e-3")
+    until(tab, "d.faults === 'panda_joint3:locked' && +d.unreported > 1e-3")
     said = data(tab)
     assert said["status"] == "OK" and float(said["error"]) < 1e-5
 

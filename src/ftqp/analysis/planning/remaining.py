@@ -23,7 +23,7 @@ WORDS: Final = {
 }
 """Rows in words."""
 SAME_TIME: Final = 1e-9
-"""Samples of a plan are told apart from here on, as a share of their distance."""
+"""Samples of a plan are distinguished from here on, as a share of their distance."""
 
 
 class _Motion(NamedTuple):

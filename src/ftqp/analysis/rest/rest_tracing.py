@@ -164,7 +164,7 @@ class RestTracer:
         self._high = np.where(self._turns, np.inf, np.minimum(robot.limits.q_max, far))
 
     def trace(self, start: FloatArray) -> TracedRests | None:
-        """The curve through a rest; None where no direction can be told there."""
+        """The curve through a rest; None where no direction can be found there."""
         first = self._tangent(start, None)
         if first is None:
             return None

@@ -294,7 +294,7 @@ def _is_slower(fault: str) -> bool:
 
 
 def _belief_of(joint: str, fault: Fault, lock: str, velocity: float, brakes: Any) -> kinds.Fault:
-    """What the planner is told of a joint."""
+    """What is reported to the planner of a joint."""
     match fault:
         case "free_swinging":
             return kinds.FreeSwinging(joint)

@@ -28,7 +28,7 @@ TICK = 2e-3
 
 @final
 class PlannerRuns:
-    """Runs of a planner of the task's rows that is told of faults at once, from states of a motion on.
+    """Runs of a planner of the task's rows to which faults are reported at once, from states of a motion on.
 
     ``ftqp.batch.rollout`` drives it from the motion's state at a sample to the end of the path. A joint that
     swings freely moves by gravity and by what the others do, so for it there is no other way.

@@ -43,9 +43,9 @@ MATTERS, WITHIN = 0.02, 2.0
 class Events:
     """What really happens in an episode."""
 
-    since: FloatArray  # When each joint does no longer as it is told, inf: never, (nv,) [s]
+    since: FloatArray  # When each joint stops following, inf: never, (nv,) [s]
     doubted: FloatArray  # When each joint, its encoder included, is no longer healthy, (nv,) [s]
-    locks: tuple[tuple[int, float], ...]  # Joints that lock, and when [s]; those of which nobody is told
+    locks: tuple[tuple[int, float], ...]  # Joints that lock, and when [s]; those that nobody reports
     holds: tuple[tuple[float, float], ...]  # When all joints are held, and let go [s]
 
     @property
@@ -178,7 +178,7 @@ class TorqueRates:
 
 
 def led_by_rival(setup: Setup) -> Led:
-    """What the arm of an episode does under damped least squares, which hears of failures that are told."""
+    """What the arm of an episode does under damped least squares, which gets what is reported."""
     robot, dt = setup.robot, setup.planner.dt
     reported = [one.reported_at is not None for one in setup.schedule]
     rates = ResolvedRates(robot, dt, rows=setup.planner.task_rows, gain=GAIN)

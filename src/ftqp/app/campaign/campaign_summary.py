@@ -39,7 +39,7 @@ REST_COLUMNS: Final = {
 """Empty for episodes in which nothing failed, or nobody asked whether the rest can be done; joints are
 counted from 1 at the base, ``rest_since`` is the share of the motion at which it failed."""
 PARTS: Final = 3
-"""Instants are told by thirds of the motion."""
+"""Instants are counted by thirds of the motion."""
 HOUR: Final = 3600.0
 CONFIDENCE: Final = 0.95
 STRAYS: Final = 0.01

@@ -222,7 +222,7 @@ class Campaign:
 
     @property
     def key(self) -> str:
-        """What tells it from every other campaign: a hash of its text, the files it names and the version."""
+        """Its fingerprint: a hash of its text, the files it names and the version."""
         content = plain(self.tables)
         del content["campaign"]["episodes"]
         text = json.dumps(content, sort_keys=True, default=str)
@@ -375,7 +375,7 @@ class EpisodeWork:
 
 @contextmanager
 def quietly() -> Iterator[None]:
-    """What a planner tells its operator is not shown meanwhile."""
+    """What a planner logs for its operator is not shown meanwhile."""
     log = logging.getLogger("ftqp")
     before = log.level
     log.setLevel(logging.ERROR)

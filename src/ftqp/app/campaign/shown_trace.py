@@ -212,7 +212,7 @@ def _slips(setup: Setup, true: TrueArm, joint: int) -> bool:
 
 
 def _deceleration(setup: Setup, joint: int, fault: object) -> float:
-    """With which a planner that is told of a fault brings its command for the joint to rest."""
+    """With which a planner brings its command for a joint to rest after the report of a fault."""
     own = getattr(fault, "deceleration", None)
     return float(BRAKE_SHARE * setup.robot.limits.a_max[joint] if own is None else own)
 

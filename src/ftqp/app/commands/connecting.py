@@ -107,7 +107,7 @@ def _move(
     schedule: "Schedule",
     advance: Any,
 ) -> None:
-    """The motion, with what fails on the way and is told as in a run."""
+    """The motion, with what fails on the way and is reported as in a run."""
     failing, announced = schedule.failing(planner.dt), schedule.announced(planner.dt)
     if sensors is not None:
         sensors.reset()

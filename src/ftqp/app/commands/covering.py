@@ -131,7 +131,7 @@ def _continuations(rows: Sequence[Sequence[Any]]) -> Continuations:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:
-    """A motion whose coverage is told: its path on a time grid, and joints on it, (N + 1, nv) [rad or m]."""
+    """A motion whose coverage is shown: its path on a time grid, and joints on it, (N + 1, nv) [rad or m]."""
 
     name: str
     title: str

@@ -73,8 +73,8 @@ def errors_of(error: FloatArray, t: FloatArray, at: float) -> dict[str, float]:
     }
 
 
-TOLD, FOLDER = "faults.0.announced=", "told"
-"""What tells the planner at once, and the folder of that run within the other's."""
+AT_ONCE, FOLDER = "faults.0.announced=", "reported"
+"""What reports it at once, and the folder of that run within the other's."""
 PICTURE = "rivals.png"
 
 
@@ -89,7 +89,7 @@ def brake_story(folder: Path) -> StoryPart:
     )
     alone = _run(setup, folder)
     say("once more with the lock reported, and with damped resolved rates, not reported and reported ...")
-    _run(load(SCENARIO, [TOLD]), folder / FOLDER)
+    _run(load(SCENARIO, [AT_ONCE]), folder / FOLDER)
     rides = {name: ridden(setup, name == RIVAL_REPORTED) for name in (RIVAL_NEVER, RIVAL_REPORTED)}
     log = load_log(folder / FILE_NAME)
     errors = {
@@ -282,12 +282,12 @@ PARTS: Final[Mapping[str, Callable[[Path], StoryPart]]] = {
     "box": box_story,
     "goal": goal_story,
 }
-"""By what is asked for, in the order in which they are told; the first one's folder is that of the demo, and
+"""By what is asked for, in the order in which they are shown; the first one's folder is that of the demo, and
 each other one's lies in it."""
 
 
 def tell_story(parts: Sequence[str], out: Path | None, *, as_json: bool) -> ExitCode:
-    """Plays parts of the story, all of them where none is named, and tells each as soon as it has ended."""
+    """Plays parts of the story, all of them where none is named, and prints each as soon as it has ended."""
     unknown = [name for name in parts if name not in PARTS]
     if unknown:
         raise InputError(f"{unknown[0]!r} is no part of the demo; it has {', '.join(PARTS)}")

@@ -24,7 +24,7 @@ NEEDED_FOR = {
     "ros": "bags of ROS 2",
     "distributed": "studies on a cluster",
 }
-"""Extras that are looked for, and what they are for; of solvers ``ftqp backends`` tells."""
+"""Extras that are looked for, and what they are for; of solvers ``ftqp backends`` lists them."""
 REQUIREMENT = re.compile(r"^([\w.-]+)")
 EXTRA = re.compile(r"extra == [\"']([\w-]+)[\"']")
 TRIES = 200
@@ -43,7 +43,7 @@ class Check(NamedTuple):
 
 
 def examine(*, as_json: bool) -> ExitCode:
-    """Look at everything and tell it; done where nothing is wrong."""
+    """Look at everything and print it; done where nothing is wrong."""
     checks = [_python(), _processor(), _kernel(), *_packages(), _trial()]
     wrong = sum(one.state == "wrong" for one in checks)
     facts: dict[str, Any] = {"sound": not wrong, "checks": [one._asdict() for one in checks]}

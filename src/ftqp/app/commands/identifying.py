@@ -197,9 +197,9 @@ def _facts(found: "FittedArm", kinds: list[str], file: Path | None) -> dict[str,
     joints, payload = found.robot.joints, found.payload
     facts: dict[str, Any] = {"robot": found.robot.name, "seconds_left_out": found.left_out}
     for name in (kind for kind in kinds if kind != LOAD):
-        values = zip(joints, getattr(found, name), found.errors[name], found.untold[name], strict=True)
+        values = zip(joints, getattr(found, name), found.errors[name], found.not_shown[name], strict=True)
         facts[name] = {
-            joint: {"value": float(x), "error": float(e), "told": not bool(no)} for joint, x, e, no in values
+            joint: {"value": float(x), "error": float(e), "shown": not bool(no)} for joint, x, e, no in values
         }
     if LOAD in kinds:
         mass = float(found.load[0])
@@ -220,7 +220,7 @@ def _shown(found: "FittedArm", kinds: list[str]) -> Shown:
     rows = []
     for i, joint in enumerate(found.robot.joints):
         cells = [
-            _number(getattr(found, name)[i], found.errors[name][i], found.untold[name][i]) for name in each
+            _number(getattr(found, name)[i], found.errors[name][i], found.not_shown[name][i]) for name in each
         ]
         rows.append((joint, *cells, f"{found.before[i]:.3g} -> {found.left[i]:.3g}"))
     heads = [f"{KINDS[name].about} [{KINDS[name].unit}]" for name in each]
@@ -239,9 +239,9 @@ def _shown(found: "FittedArm", kinds: list[str]) -> Shown:
     ]
 
 
-def _number(value: float, error: float, untold: bool) -> str:
+def _number(value: float, error: float, not_shown: bool) -> str:
     """A value with its standard error."""
-    return "not shown" if untold else f"{value:.3g} ± {error:.1g}"
+    return "not shown" if not_shown else f"{value:.3g} ± {error:.1g}"
 
 
 def _notes(found: "FittedArm", kinds: list[str], logs: list["TorqueLog"]) -> list[str]:
@@ -250,10 +250,10 @@ def _notes(found: "FittedArm", kinds: list[str], logs: list["TorqueLog"]) -> lis
 
     joints, notes = found.robot.joints, []
     for name in (kind for kind in kinds if kind != LOAD):
-        silent = [joint for joint, no in zip(joints, found.untold[name], strict=True) if no]
+        silent = [joint for joint, no in zip(joints, found.not_shown[name], strict=True) if no]
         if silent:
             notes.append(f"the motion does not show the {KINDS[name].about} of {', '.join(silent)}")
-    if LOAD in kinds and found.untold[LOAD][0]:
+    if LOAD in kinds and found.not_shown[LOAD][0]:
         notes.append("the motion does not show the load's mass; turn the wrist and move faster")
     seconds = sum(float(log.t[-1] - log.t[0]) for log in logs) - found.left_out
     if found.left_out:

@@ -64,7 +64,7 @@ def robot_of(source: str, tips: list[str], locked: list[str], *, holds: bool = F
     head = file.read_bytes()[:4096].decode("utf-8", "replace") if file.is_file() else ""
     read = Robot.from_mjcf if "<mujoco" in head else Robot.from_urdf
     try:
-        with quiet():  # findings are the commands' to tell
+        with quiet():  # the commands print findings
             return read(file, None, locked, tips or None)
     except ModelError as error:
         what = str(error).partition("\n")[0]

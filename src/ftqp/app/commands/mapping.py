@@ -129,7 +129,7 @@ class WorkspaceStudy:
 
     @property
     def key(self) -> str:
-        """What tells it from every other study: a hash of its text, the arm's constants and the version."""
+        """Its fingerprint: a hash of its text, the arm's constants and the version."""
         digest = hashlib.sha256(f"{__version__}\n{self.text}".encode())
         for name, value in sorted(self.robot.chain.constants().items()):
             digest.update(name.encode() + np.ascontiguousarray(value).tobytes())

@@ -76,11 +76,11 @@ def _bar(name: str) -> Iterator[Callable[[int, int, str], None]]:
     doing = [name]
     with progress(lambda: f"{name}: {doing[0]}", 1.0) as notify:
 
-        def hear(done: int, total: int, what: str) -> None:
+        def show(done: int, total: int, what: str) -> None:
             doing[0] = what
             notify(done / max(total, 1))
 
-        yield hear
+        yield show
 
 
 def _about(made: Plan, task: TaskPath, file: Path) -> dict[str, Any]:

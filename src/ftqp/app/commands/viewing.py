@@ -245,7 +245,7 @@ def _wait_for(url: str) -> None:
 
 
 def _open(url: str) -> None:
-    """Open a browser where there is a screen; without one the address alone is told."""
+    """Open a browser where there is a screen; without one the address alone is printed."""
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):

@@ -57,7 +57,7 @@ class Column:
 
 
 def labels(rows: Sequence[Row]) -> tuple[str, list[str]]:
-    """What the rows have in common, for a title, and what tells each from the others."""
+    """What the rows have in common, for a title, and what distinguishes each from the others."""
     kinds = {kind: [str(row["label"][kind]) for row in rows] for kind in KINDS}
     same = {kind: values[0] for kind, values in kinds.items() if len(set(values)) == 1}
     common = ", ".join(value if kind == "scenario" else f"{kind} {value}" for kind, value in same.items())
@@ -351,7 +351,7 @@ def _figures(folder: Path, rows: Sequence[Mapping[str, Any]]) -> tuple[Path, ...
     try:
         from ftqp.viz.figures.compared_runs import save_comparison
     except MissingPackage:
-        return ()  # the first run has told
+        return ()  # the first run has said it
     files: list[Path] = []
     courses: dict[str, list[Row]] = {}
     for row in rows:

@@ -44,7 +44,7 @@ class CannotBuild(FtqpError):
 class BuildRequest:
     """What is to be built."""
 
-    planner: Planner  # Of the arm, not yet told anything
+    planner: Planner  # Of the arm, without any fault
     name: str  # Of the arm or the scenario
     target: str  # One of TARGETS
     cpu: str | None  # A processor by LLVM's name; None is the target's class

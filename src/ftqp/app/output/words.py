@@ -119,10 +119,11 @@ def further_sentences(facts: Mapping[str, Any]) -> list[str]:
 def _learned_sentence(learned: Mapping[str, Any]) -> str:
     """What was learned of servos, or beside a torque arm's model, joints that hardly moved left out."""
     if "joints" in learned:
-        lags = [one["lag"][0] for one in learned["joints"].values() if one["lag"][1] < UNKNOWN]
-        if not lags:
+        known = [one["lag"] for one in learned["joints"].values() if one["lag"][1] < UNKNOWN]
+        if not known:
             return "nothing of the servos was estimated, because no joint moved enough"
-        return f"servos were found to lag by {1e3 * min(lags):.3g} to {1e3 * max(lags):.3g} ms"
+        most = max((1e3 * lag for lag, error in known if lag > 2.0 * error), default=None)
+        return f"servos were found to lag by up to {most:.3g} ms" if most else "no servo was found to lag"
     pairs = zip(learned["rotors"], learned["rotors_error"], strict=True)
     rotors = [rotor for rotor, error in pairs if abs(rotor) > 2.0 * error]
     load, friction = learned["payload"], max(learned["friction"], default=0.0)

@@ -144,7 +144,7 @@ def _backends(facts: Mapping[str, Any]) -> Shown:
 
 
 def _run(about: Mapping[str, Any]) -> str:
-    """The run in a line, as far as the recording tells."""
+    """The run in a line, as far as the recording says."""
     words = []
     for key, form in (
         ("robot", "{}"),

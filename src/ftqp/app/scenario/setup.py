@@ -308,7 +308,7 @@ def _shape(one: Options[Shape], folder: File) -> Shape:
 
 
 class _Errors:
-    """Collects what is wrong, so that one answer tells all of it."""
+    """Collects what is wrong, so that one answer has all of it."""
 
     def __init__(self) -> None:
         self.found: list[str] = []
@@ -453,7 +453,7 @@ def _event(table: FaultTable, plant: Plant | None) -> FaultEvent:
 
 
 def _try(planner: Planner, event: FaultEvent) -> None:
-    """That the planner can believe the fault."""
+    """That the fault can be reported to the planner."""
     planner.report(event.fault)
     planner.withdraw(event.fault.joint)
 

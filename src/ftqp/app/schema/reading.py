@@ -18,7 +18,7 @@ T = TypeVar("T")
 LONGEST_KEY = 60
 """Letters of a key that are shown at most."""
 MOST = 100
-"""Errors that are told one by one; a file with more is not a scenario."""
+"""Errors that are listed one by one; a file with more is not a scenario."""
 KINDS: Final[dict[Any, str]] = {
     float: "a number",
     int: "a whole number",

@@ -181,7 +181,7 @@ class MujocoTable(Table):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HoldTable(Table):
-    """All joints are held at once, as by a protective stop, and nobody is told."""
+    """All joints are held at once, as by a protective stop, and nobody reports it."""
 
     at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
     duration: float = setting(REQUIRED, "for how long, > 0", unit="s", above=0.0)
@@ -189,7 +189,7 @@ class HoldTable(Table):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TroubleTable(Table):
-    """What befalls an arm in physics and nobody is told of."""
+    """What befalls an arm in physics and nobody reports."""
 
     kind: Options[HiddenFault | Push] = setting(REQUIRED, "kind of trouble", kinds=TROUBLES)
     joint: str | int | None = setting(None, "a joint's name or its index from 0; a push has none", least=0.0)
@@ -256,7 +256,7 @@ class SimulationTable(Table):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultTable(Table):
-    """What every fault of a scenario says: which joint, when it fails, when the planner is told."""
+    """What every fault of a scenario says: which joint, when it fails, when that is reported."""
 
     kind: Options[Fault] = setting(REQUIRED, "kind of fault", kinds=FAULTS)
     joint: str | int = setting(REQUIRED, "a joint's name or its index from 0", least=0.0)
@@ -458,7 +458,7 @@ class LogTable(Table):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingTable(Table):
-    """Which QPs a run keeps when it is told to: ``ftqp run --record-qps FILE``."""
+    """Which QPs a run keeps where it is asked to: ``ftqp run --record-qps FILE``."""
 
     every: int = setting(1, "keep one of so many ticks, >= 1", least=1.0)
     begin: float = setting(0.0, "keep none before, >= 0", unit="s", least=0.0)

@@ -43,7 +43,7 @@ Columns = Mapping[str, str]
 class ResultsFile:
     """A study's results, open for one writer, in a folder that is made if need be.
 
-    ``kind`` and ``key`` tell this study from every other one, ``about`` is more about it by key, anything
+    ``kind`` and ``key`` distinguish this study from others, ``about`` is more about it by key, anything
     that JSON holds, ``onward`` what goes on later.
 
     Raises:

@@ -210,7 +210,7 @@ def study_folder(out: Path | None, name: str) -> Path:
 
 @contextmanager
 def told_how_to_go_on(folder: Path) -> Iterator[None]:
-    """Whoever interrupts a study is told what goes on with it, which its folder is part of."""
+    """What whoever interrupts a study reads: the command that goes on with it, with its folder."""
     try:
         yield
     except KeyboardInterrupt:

@@ -92,7 +92,7 @@ class LocalProcesses(Workers):
     """Computes chunks in processes of this machine, which end when this process does, however that is.
 
     Raises:
-        InputError: Python was told to ignore the variable that keeps the current folder out of workers.
+        InputError: Python ignores the variable that keeps the current folder out of workers.
     """
 
     chunk_seconds = 1.0

@@ -72,7 +72,7 @@ def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
     tables = validated(found)
     own = tables.planner.detector
     if not (own if detector is None else detector):
-        own = False  # a page whose planner is told shows what that does
+        own = False  # a page whose planner gets reports shows what they do
     elif not own:
         own = options(Detector)
     tables = replace(tables, planner=replace(tables.planner, detector=own))

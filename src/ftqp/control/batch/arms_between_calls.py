@@ -38,7 +38,7 @@ class Arms:
         q: Where each arm is, (n, nv) [rad or m]: after a step where its command leads. A step begins there.
             Of an arm that strays from its command, write what was measured into ``q`` before the step.
         v: Its velocity, (n, nv).
-        q_sent: What the drives are told after the last tick, (n, nv); it differs from ``q`` where a joint has
+        q_sent: What the drives are sent after the last tick, (n, nv); it differs from ``q`` where a joint has
             failed or drives are led.
         v_sent: The same of velocities, (n, nv).
         found: What each arm has found of its joints and counts on, (n, nv): 0 nothing, 1 that it is locked, 2
@@ -102,7 +102,7 @@ class Arms:
         return f"Arms({self._count} of {self._robot.name}, {failed} with a fault)"
 
     def reset(self, mask: Any = None, q: Any = None, v: Any = None) -> None:
-        """Begin anew, as arms just made do: nothing that was told or learned of the last episode is left.
+        """Begin anew, as arms just made do: nothing that the last episode reported or estimated is left.
 
         Args:
             mask: Which arms, (n,) truth values; None is all.
@@ -216,7 +216,7 @@ class Arms:
         self._reports[mask, joint] = number
 
     def _believed(self, joint: int) -> IntArray:
-        """Which fault each arm believes in of a joint, told or found, (n,)."""
+        """Which fault each arm counts on of a joint, reported or found, (n,)."""
         name, found, reported = self._robot.joints[joint], self.found[:, joint], self._reports[:, joint]
         if not found.any():
             return reported
@@ -224,7 +224,7 @@ class Arms:
         return np.where(found == 0, reported, either)
 
     def _number(self, fault: Fault | None) -> int:
-        """The place of a fault in the list of those that arms were told of."""
+        """The place of a fault in the list of those that were reported."""
         if fault not in self._faults:
             self._faults.append(fault)
         return self._faults.index(fault)

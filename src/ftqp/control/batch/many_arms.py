@@ -35,7 +35,7 @@ class OwnFaults:
         starts: Where the events of each arm begin, (B + 1,).
         beliefs: What is believed after each event.
         freed: Which joints of which arm swing freely sooner or later, (B, nv) truth values.
-        later: Arms that are told of another fault while a joint swings freely, (B,) truth values.
+        later: Arms of which another fault is reported while a joint swings freely, (B,) truth values.
     """
 
     def __init__(self, faults: Any, arms: int, robot: Robot, what_ifs: RolloutSetup) -> None:
@@ -60,11 +60,11 @@ class OwnFaults:
         self.beliefs = beliefs_of(self._rooms)
 
     def reported(self, arm: int) -> list[tuple[Fault, int]]:
-        """What one arm is told and at which tick, by tick."""
+        """What is reported to one arm and at which tick, by tick."""
         return sorted(_reports(self._entries[arm], arm), key=lambda pair: pair[1])
 
     def _events_of(self, arm: int) -> tuple[list[tuple[int, int, int]], list[int], bool]:
-        """The events of one arm, its joints that swing freely, and whether it is told more while they do."""
+        """The events of one arm, its joints that swing freely, and whether more is reported while they do."""
         reported: tuple[Fault, ...] = ()
         events, free = [], list(self._free_before)
         since, later = (0 if free else None), False
@@ -78,7 +78,7 @@ class OwnFaults:
         return events, free, later
 
     def _believed(self, reported: tuple[Fault, ...]) -> int:
-        """The index of what is believed by an arm that was told of these faults."""
+        """The index of what an arm counts on to which these faults were reported."""
         if reported not in self._known:
             self._known[reported] = len(self._rooms)
             self._rooms.append(self._what_ifs.believing(reported))
@@ -346,7 +346,7 @@ def needs_planner(own: OwnFaults, what_ifs: RolloutSetup, starts: FloatArray) ->
     """Arms that compiled code would not drive as a planner does, (B,).
 
     A free joint without gravity lets the others follow the task, of which rows may then be given up; and a
-    fault that is told while a joint swings freely has it decided anew what can be kept.
+    fault that is reported while a joint swings freely has it decided anew what can be kept.
     """
     robot, result = what_ifs.robot, own.later.copy()
     finite = np.isfinite(starts).all(axis=1)

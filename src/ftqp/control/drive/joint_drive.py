@@ -56,7 +56,7 @@ ROTORS = 0.3
 """Rotor inertia that a model may lack [kg m2 or kg]: the largest of common arms behind their gears."""
 LEARNING = 200.0
 """Bandwidth of the filters by which a torque arm is learned [1/s]: a wrist that falls under a load that
-nobody has told of is known before it has fallen far ..."""
+nobody has reported is known before it has fallen far ..."""
 LEARNING_DT = 0.2
 """... as a share of the sampling rate at most ..."""
 FELT = 0.1

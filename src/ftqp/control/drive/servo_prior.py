@@ -31,7 +31,7 @@ MOST = 4.0
 MEAN_LAG = 0.0
 """A servo of which nothing is known lags by so much [s] in the mean."""
 TOLD_SHARE = 0.1
-"""A bandwidth is told to so much."""
+"""A bandwidth is stated to so much."""
 STICKS = 30.0
 """Dry friction takes so much of a rotor's acceleration [rad/s2]: behind a servo of 4 Hz, all that is open."""
 SHOWN = 0.0025
@@ -42,16 +42,16 @@ CHANGES, LEAST_FRICTION = 0.3, 0.05
 """Friction that was identified may be so much of itself larger or smaller now, and so many fifths of the
 torque limit."""
 LEAST_ROTOR = 1e-3
-"""A rotor that was told is open to so much [kg m2 or kg]."""
+"""A rotor that was stated is open to so much [kg m2 or kg]."""
 WEIGHS = 0.2
 """The unit of torques as a share of the limit: about what common arms weigh."""
 
 
 def prior(drive: Drive, joints: int, lead: float, late: float) -> tuple[FloatArray, FloatArray]:
-    """What is told of the servos, and its standard deviations, (joints, SERVO) each.
+    """What is stated of the servos, and its standard deviations, (joints, SERVO) each.
 
     What was learned before is as open as if the joints had gone a radian or metre since, its lag and rotor at
-    least as those of a bandwidth that was told.
+    least as those of a bandwidth that was stated.
     """
     most = np.array(SPEED_SERVO_PRIOR if drive.kind == "velocity" else SERVO_PRIOR)
     if isinstance(drive.known, LearnedServos):
@@ -112,7 +112,7 @@ def fill_monitor(
 
 
 def forget_servos(K: Any, joints: int) -> None:
-    """Let nothing be known of the servos until the next reset, whatever was told or learned of them."""
+    """Let nothing be known of the servos until the next reset, whatever was stated or estimated of them."""
     M = K.monitor
     mean, doubt = prior(Drive(), joints, 0.0, float(K.feedback.latency) * float(K.state.dt))
     M.theta[:joints] = M.safe[:, :joints] = mean
@@ -121,6 +121,6 @@ def forget_servos(K: Any, joints: int) -> None:
 
 
 def tell_servos(K: Any, learned: LearnedServos) -> None:
-    """Let what was learned of the servos be told from the next reset on."""
+    """Let what was estimated of the servos count as stated from the next reset on."""
     n = len(learned.joints)
     K.monitor.stated[:n], K.monitor.doubt[:n] = prior(Drive(known=learned), n, 0.0, 0.0)

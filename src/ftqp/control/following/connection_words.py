@@ -1,4 +1,4 @@
-"""What a first motion shows to be missing, or told wrongly, of an arm; a sentence each."""
+"""What a first motion shows to be missing, or stated wrongly, of an arm; a sentence each."""
 
 from typing import Final
 
@@ -57,7 +57,7 @@ def said_of_stated(planner: Planner, learned: LearnedServos) -> list[str]:
 
 
 def missing_of(planner: Planner, learned: LearnedServos) -> list[str]:
-    """What was not told, and what it would be good for."""
+    """What was not stated, and what it would be good for."""
     robot, said = planner.robot, []
     for those, what in (
         (

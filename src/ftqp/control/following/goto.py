@@ -47,11 +47,11 @@ SETTLED = 0.1
 
 RESTLESS_PATIENCE = 5.0
 """One that comes no nearer for so long and is not slow is led to where it rests [s]."""
-TRIES = 4
+MAX_WAYS = 4
 """So many other ways are gone before the arm stays where it is."""
 
 THOUSAND = 1000
-"""Looks are told in steps of so many, so that what is told does not change in every tick. A convention."""
+"""Looks are counted in steps of so many, so that the sentence does not change in every tick. A convention."""
 
 
 @final
@@ -340,7 +340,7 @@ class GoTo:
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
         if self._is_on_other_way and not goes_straight:
-            return f"the joints go to another posture of the goal: way {self._taken} of at most {TRIES}"
+            return f"the joints go to another posture of the goal: way {self._taken} of at most {MAX_WAYS}"
         if self._looked_for:
             return self._looked_for
         if self._refusal:
@@ -363,7 +363,7 @@ class GoTo:
             self._approach.begin()
             return
         if self._asked is not None and self._leg is joints and joints.blocked is not None:
-            self._looked_for, self._taken = joints.blocked, TRIES
+            self._looked_for, self._taken = joints.blocked, MAX_WAYS
             self._go_straight()
             return
         if self._leg is not joints and self._cannot_go_straight() and self._goes_round():
@@ -411,7 +411,7 @@ class GoTo:
 
     def _goes_round(self) -> bool:
         """Let the joints go another way, if one may be looked for; whether they do."""
-        if self._asked is None or self._refusal or self._taken >= TRIES:
+        if self._asked is None or self._refusal or self._taken >= MAX_WAYS:
             return False
         _LOG.info("the straight way cannot be gone; other postures of the goal are looked for")
         self._taken += 1

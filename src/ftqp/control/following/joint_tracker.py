@@ -28,7 +28,7 @@ HURRY: Final = 0.05
 """The pace of the motion changes from rest to full in so much time at least [s]."""
 STUCK: Final = 0.5
 """A motion that has stood for so long is planned anew [s]. A guess."""
-TRIES: Final = 4
+MAX_TRIES: Final = 4
 """So many times at most."""
 SAME: Final = 1e-6
 """Places nearer to each other than this are one [rad or m]. A convention."""
@@ -121,7 +121,7 @@ class JointTracker:
     def is_on_way(self) -> bool:
         """Whether a way is being looked for, or its motion is played and not over."""
         if self._plays:
-            stuck = self._tries >= TRIES and self._stood > STUCK
+            stuck = self._tries >= MAX_TRIES and self._stood > STUCK
             return not stuck and self._motion.moves_at(self._t)
         return self.is_searching
 
@@ -171,7 +171,7 @@ class JointTracker:
     def _plan(self) -> None:
         """Plan from the command: straight, or to rest while a way is looked for."""
         self._left += 1
-        goes_on = self.blocked is not None or self._left > TRIES  # as near as it gets
+        goes_on = self.blocked is not None or self._left > MAX_TRIES  # as near as it gets
         self._ways = self._proof = self._rest = None
         self._plays, self._rate, self._t = False, 1.0, 0.0
         self._motion.goal = self._goal
@@ -255,7 +255,7 @@ class JointTracker:
                 return
             if self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
                 return
-            if off > WAITS and self._tries >= TRIES:
+            if off > WAITS and self._tries >= MAX_TRIES:
                 self._give_up("the arm does not come to rest")
             elif off > WAITS:
                 self._tries += 1
@@ -300,7 +300,7 @@ class JointTracker:
         wanted = min(max((STANDS - off) / (STANDS - WAITS), 0.0), top)
         self._rate = min(max(wanted, self._rate - dt / HURRY), self._rate + dt / HURRY)
         self._stood = self._stood + dt if self._rate < 0.05 else 0.0
-        if self._stood > STUCK and self._tries < TRIES:
+        if self._stood > STUCK and self._tries < MAX_TRIES:
             self._tries, self._stood = self._tries + 1, 0.0
             self._turn_round()
 

@@ -119,7 +119,7 @@ class TipTracker:
             for part in (slice(0, 3), slice(3, 6)):
                 own, arm = float(np.linalg.norm(twist[part])), float(np.linalg.norm(now[part]))
                 twist[part] *= 0.0 if arm < STANDING else min(1.0, arm / max(own, STANDING))
-            self.reference.pull(
+            self.reference.displace(
                 -max(0.0, 1.0 - LEASH / max(position, LEASH)) * error[:3],
                 -max(0.0, 1.0 - TURN_LEASH / max(rotation, TURN_LEASH)) * error[3:],
                 twist,

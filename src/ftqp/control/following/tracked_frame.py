@@ -114,7 +114,7 @@ class FrameOfTask:
         return self._name
 
     def begin(self) -> None:
-        """Let the tip stay where it is, unless it is told otherwise."""
+        """Let the tip stay where it is, unless another target comes."""
         self._hold = None
 
     def state_at(self, joints: JointState) -> TipState:

@@ -37,6 +37,9 @@ class PathSample:
     twist: FloatArray
     acceleration: FloatArray
 
+    def __repr__(self) -> str:
+        return f"PathSample({len(self.pose)} poses, twists and accelerations)"
+
 
 class Motion(NamedTuple):
     """What a kind of path says about its times: position and rotation with two derivatives.

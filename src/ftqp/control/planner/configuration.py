@@ -1,4 +1,4 @@
-"""Configuration: all that a planner was told, and how one compiled call puts another one in its place."""
+"""Configuration: all that a planner was given, and how one compiled call puts another one in its place."""
 
 from collections.abc import Callable, Sequence
 from copy import copy
@@ -30,7 +30,7 @@ MATRICES_IN, LARGE = ("qp", "settling", "scene"), 10_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Configuration:
-    """All that a planner was told; it never changes, another one takes its place."""
+    """All that a planner was given; it never changes, another one takes its place."""
 
     number: int  # Its own, which the call that writes it into the record leaves beside that
     belief: Belief  # Which joints have failed
@@ -59,7 +59,7 @@ class Configuration:
             commands.start(*self.start)
 
     def tells_as(self, before: "Configuration") -> bool:
-        """Whether nothing but ``speed`` differs of what a record is told."""
+        """Whether nothing but ``speed`` differs of what a record is given."""
         parts = ("belief", "arm", "reserve", "start")
         return all(getattr(self, part) is getattr(before, part) for part in parts)
 
@@ -101,7 +101,7 @@ class Draft:
 
     Attributes:
         K: The rooms of the copy.
-        orders: The orders on the copy.
+        commands: The compiled calls on the copy.
     """
 
     free: ClassVar[dict[int, list["Draft"]]] = {}
@@ -173,7 +173,7 @@ class CurrentConfiguration:
 
     @property
     def now(self) -> Configuration:
-        """What the planner was told last, by the number that its record was written with."""
+        """What the planner was given last, by the number that its record was written with."""
         return self._known[int(self._number[0])]
 
     def start(self, q: Any, v: Any) -> None:
@@ -257,7 +257,7 @@ class CurrentConfiguration:
             changes = self._worked_out(before, after, draft)
             write = write_call(changes)
             self._known[after.number] = after
-            self._lead(None)  # until its parts have followed, steps look at what the planner was told
+            self._lead(None)  # until its parts have followed, steps look at its configuration
             # as one expression: no signal handler comes between the look and the call
             written = self._number[0] == before.number and write() == 0
             draft.give_back()
@@ -281,7 +281,7 @@ class CurrentConfiguration:
         return changes
 
     def apply(self) -> None:
-        """Let the planner's parts follow what it was told as far as they have not; begun, it begins again."""
+        """Let the planner's parts follow its configuration where they have not; begun, it begins again."""
         while self._applied is not self.now:
             before, given = self._applied, self.now
             if before is not None and before.arm is not given.arm:

@@ -16,7 +16,7 @@ from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
 LETTERS = 120
-"""So much of an exception's text is told."""
+"""So much of an exception's text is quoted."""
 
 
 class RowState(NamedTuple):

@@ -193,7 +193,7 @@ class Blocks:
         """Make a tick for each target: how many were made, fewer where a step would have raised.
 
         None is made while the planner takes a failed joint to be elsewhere than it is, or does not know yet
-        that it stands: that joint does not do what it is told.
+        that it stands: that joint does not follow its command.
         """
         if self._K.faults.working < len(q) and not self._is_settled():
             return 0

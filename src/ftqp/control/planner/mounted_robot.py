@@ -35,7 +35,7 @@ class MountedRobot:
         bare: The robot with neither load nor tool.
         place: The controlled point in the frame of its tip, (4, 4); None is that tip.
         payload: The load; None is none.
-        load: The same as the kernel is told of it.
+        load: The same as the kernel gets it.
     """
 
     __slots__ = ("bare", "load", "payload", "place", "robot")

@@ -80,8 +80,8 @@ def given(read: Callable[[Settings], T]) -> Fixed[T]:
     return Fixed(lambda planner: read(planner._given), remedy=ANEW)
 
 
-def told(read: Callable[[Configuration], T], about: str, remedy: str) -> Fixed[T]:
-    """An attribute of what a planner was told last."""
+def configured(read: Callable[[Configuration], T], about: str, remedy: str) -> Fixed[T]:
+    """An attribute of a planner's configuration."""
     return Fixed(lambda planner: read(planner._configuration.now), about, remedy)
 
 
@@ -179,23 +179,23 @@ class Planner:
         "Points that are kept on their side of a plane, and rows of your own, by name.",
         ANEW,
     )
-    robot = told(
-        lambda told: told.arm.robot,
+    robot = configured(
+        lambda now: now.arm.robot,
         "The arm as it is fitted now, with its load and tool.",
         "planner.carry(payload) mounts a load, planner.tool(T) a tool; for another arm make another planner",
     )
-    faults = told(
-        lambda told: told.belief.faults,
+    faults = configured(
+        lambda now: now.belief.faults,
         "The faults believed now, by joint name; a copy.",
         "planner.report(fault) believes one more, planner.withdraw(joint) one less",
     )
-    payload = told(
-        lambda told: told.arm.payload,
+    payload = configured(
+        lambda now: now.arm.payload,
         "The load that is carried in addition to the robot's own bodies; None is none.",
         "planner.carry(payload) mounts a load, planner.carry(None) puts it down",
     )
-    pace = told(
-        lambda told: told.speed,
+    pace = configured(
+        lambda now: now.speed,
         "How fast the arm is led, in (0, 1]: ``speed``.",
         "planner.speed = share asks for another one",
     )
@@ -271,7 +271,7 @@ class Planner:
             parts.refuse_looking_ahead(self._configuration.now.reserve)
 
     def _let(self, tick: Callable[..., int] | None) -> None:
-        """Steps may call this tick at once; None: what the planner was told is looked at first."""
+        """Steps may call this tick at once; None: its configuration is looked at first."""
         self._begin = tick
 
     def __repr__(self) -> str:
@@ -620,8 +620,8 @@ class Planner:
                 Python, a cloud of balls, or faults that it already believes in.
         """
         self._configuration.apply()
-        told = self._configuration.now
-        return self._parts.deployable(told.belief, told.reserve)
+        now = self._configuration.now
+        return self._parts.deployable(now.belief, now.reserve)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(

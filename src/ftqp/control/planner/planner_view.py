@@ -120,7 +120,7 @@ class PlannerView:
         forget_servos(self._session.K, self._n)
 
     def tell_servos(self, learned: LearnedServos) -> None:
-        """Let what was learned be what is told of the servos, from the next reset on."""
+        """Let what was estimated be what is stated of the servos, from the next reset on."""
         tell_servos(self._session.K, learned)
 
     def keep_rows(self) -> None:

@@ -25,10 +25,10 @@ class RolloutSetup:
 
     Attributes:
         session: What every arm begins with.
-        orders: What that is told by.
+        commands: The compiled calls that configure it.
         robot: The arm.
         given: What the planner was made with.
-        told: The faults that it believes in.
+        reported: The faults that it counts on.
         samples: What its braking reserve is known by; None where torque is not limited.
         around: What it keeps clear of; None is nothing.
         tasks: Its further tasks, by name.
@@ -64,7 +64,7 @@ class RolloutSetup:
         K.monitor.names = 0  # nobody responds there
 
     def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
-        """The rooms of limits and faults, by name, of a planner that was told of these, in turn."""
+        """The rooms of limits and faults, by name, of a planner to which these were reported, in turn."""
         session = self.session.copy()
         commands, K = self.commands.on(session), session.K
         belief = Belief(self.robot)

@@ -218,7 +218,7 @@ class RunningTask:
         return found
 
     def write(self, value: FloatArray | str) -> None:
-        """Take a target that ``taken`` has checked; one that is left out is told, and the last one stays."""
+        """Take a target that ``taken`` has checked; one that is left out is named, and the last one stays."""
         terms, at = self._terms, self._at
         if isinstance(value, str):
             self._leave_out("target", value)

@@ -191,8 +191,8 @@ def planner_settings(
     instance("detector", detector, Detector | bool | None, "an ftqp.Detector, False or None")
     of_tip, soft, target = split(getattr(robot, "tip", None), task, tasks)
     asked = checked_constraints(constraints)
-    instance("scene", scene, Scene | None, "an ftqp.Scene or None")
-    instance("clearance", clearance, Clearance | None, "an ftqp.Clearance or None")
+    instance("scene", scene, Scene | None, "an ftqp.Scene, filled by scene.add(name, shape), or None")
+    instance("clearance", clearance, Clearance | None, "an ftqp.Clearance(keep=0.02) or None")
     if level not in LEVELS:
         raise InputError(
             f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}"

@@ -232,8 +232,8 @@ class TaskReports(Mapping[str, TaskReport]):
 
 def no_task(name: object, known: Collection[str]) -> InputError:
     """The error for the name of a task that there is not."""
-    named = ", ".join(known) or "none next to that of the end effector"
-    return InputError(f"there is no task {name!r:.60}{nearest(str(name), known)}; the planner's: {named}")
+    named = ", ".join(known) or "that of the end effector alone"
+    return InputError(f"there is no task {name!r:.60}{nearest(str(name), known)}; the planner has {named}")
 
 
 def task_status(kept: bool | None, slack: FloatArray, asked: FloatArray, share: float) -> StepStatus | None:

@@ -281,7 +281,7 @@ class Targets:
         return self._count
 
     def __repr__(self) -> str:
-        return f"Targets({self._count} poses, turned to number {self.row})"
+        return f"Targets({self._count} poses, now number {self.row})"
 
     def at(self, k: int) -> "Targets":
         """The target of tick k: this object, turned to that row, until ``at`` is called again.

@@ -82,7 +82,7 @@ class TipReference:
         if share != self._share:
             self._share, self._v_max, self._goal = share, share * self._fastest, None
 
-    def pull(self, shift: FloatArray, turn: FloatArray, twist: FloatArray) -> None:
+    def displace(self, shift: FloatArray, turn: FloatArray, twist: FloatArray) -> None:
         """Be displaced, and go on from there with another twist."""
         self.p = self.p + shift
         self.R = rotation_exp(turn) @ self.R

@@ -199,7 +199,7 @@ class Scene(Mapping[str, Placed]):
         placed = self.content.placed
         if name in placed:
             raise InputError(
-                f"there is a {name!r} in the scene; remove it, move it, or give this another name"
+                f"{name!r} is in the scene already; remove it, move it, or give this another name"
             )
         if len(placed) >= SHAPES:
             raise InputError(
@@ -307,9 +307,9 @@ class Scene(Mapping[str, Placed]):
         try:
             return self.content.placed[name]
         except (KeyError, TypeError):
-            known = ", ".join(self) or "nothing"
+            known = f"it has {', '.join(self)}" if self.content.placed else "it is empty"
             raise InputError(
-                f"there is no {name!r:.60} in the scene{nearest(str(name), self)}; there is {known}"
+                f"there is no {name!r:.60} in the scene{nearest(str(name), self)}; {known}"
             ) from None
 
     def __contains__(self, name: object) -> bool:

@@ -1,1 +1,1 @@
-"""What a planner is told once: task, scheme, bounds, emergency stop."""
+"""What a planner is made with: task, scheme, bounds, emergency stop."""

@@ -112,7 +112,9 @@ class Keep:
                 "for example within=0.3"
             )
         if self.within is not None and self.within >= pi:
-            raise InputError(f"within is {self.within:g} rad, expected less than pi, which is any direction")
+            raise InputError(
+                f"within is {self.within:g} rad, expected less than pi, any direction; are these degrees?"
+            )
 
     @property
     def label(self) -> str:

@@ -198,8 +198,10 @@ def recipe(name: str) -> Callable[..., Scheme | Resolver]:
         InputError: The name is unknown.
     """
     if name not in _RECIPES:
+        word, call, _ = str(name).partition("(")
+        gains = ', and gains as a table, {"name": "dlsm", "alpha": 0.99}' if call else ""
         raise InputError(
-            f"{name!r} is not a scheme{nearest(str(name), _RECIPES)}; there are {', '.join(_RECIPES)}"
+            f"{name!r} is not a scheme{nearest(word, _RECIPES)}; there are {', '.join(_RECIPES)}{gains}"
         )
     return _RECIPES[name]
 

@@ -226,7 +226,7 @@ class EmergencyStop:
             streamed without twists, behind which the end effector lags.
         rotation: The rotation error beyond which a rising error counts, > 0 [rad]. A larger one stops later.
         samples: How many ticks in a row the error has to rise, >= 1. One stops at the first rise, as in Jin
-            et al. 2017; more are calmer against noise and later by as many ticks.
+            et al. 2017; more are less sensitive to noise and later by as many ticks.
 
     Raises:
         InputError: A threshold is not positive, or ``samples`` is not a whole number from 1.

@@ -175,12 +175,12 @@ class Diagnosis:
         """What the clock is to blame for, and what can be noticed of each joint now, a sentence each."""
         joints, sight = self.joints.values(), self._sight() if self._sight is not None else None
         if self._sight is None:
-            told = tuple(said for one in joints if (said := one.unobservable) is not None)
+            texts = tuple(said for one in joints if (said := one.unobservable) is not None)
         elif sight is None:
-            told = ("Nothing can be said yet: no sample of a joint that moved was other than its command.",)
+            texts = ("Nothing can be said yet: no sample of a joint that moved was other than its command.",)
         else:
-            told = tuple(sight.sentence(i, one.name, one.asked) for i, one in enumerate(joints))
-        return *self._clock(), *told
+            texts = tuple(sight.sentence(i, one.name, one.asked) for i, one in enumerate(joints))
+        return *self._clock(), *texts
 
     def _clock(self) -> tuple[str, ...]:
         """That samples came late or early, those of all joints alike, if they did."""

@@ -12,11 +12,11 @@ from ftqp.model.fitting.torque_log import TorqueLog
 from ftqp.model.robot import Robot
 
 SLOWEST = 0.03
-"""Joints slower than this [rad/s or m/s] do not tell the sign of their friction to a detector."""
+"""Joints slower than this [rad/s or m/s] do not show the sign of their friction to a detector."""
 SIGNIFICANT = 3.0
 """Friction below so many standard errors is none, because noise alone makes that in 0.3 % of logs."""
 MOST_PIECES = 3000
-"""More pieces of motion tell no more."""
+"""More pieces of motion show no more."""
 
 
 class Friction(NamedTuple):
@@ -46,8 +46,8 @@ def friction_of(robot: Robot, logs: Sequence[MotionLog], dt: float, delay: int) 
         MOST_PIECES,
     )
     coulomb, viscous = found.coulomb, found.viscous
-    rubs = ~found.untold["coulomb"] & (coulomb > SIGNIFICANT * found.errors["coulomb"])
-    flows = ~found.untold["viscous"] & (np.abs(viscous) > SIGNIFICANT * found.errors["viscous"])
+    rubs = ~found.not_shown["coulomb"] & (coulomb > SIGNIFICANT * found.errors["coulomb"])
+    flows = ~found.not_shown["viscous"] & (np.abs(viscous) > SIGNIFICANT * found.errors["viscous"])
     return Friction(np.where(rubs, coulomb, 0.0), np.where(rubs | flows, viscous, 0.0))
 
 

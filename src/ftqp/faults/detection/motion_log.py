@@ -1,4 +1,4 @@
-"""What an arm was told and what was measured of it, tick by tick."""
+"""What was sent to an arm and what was measured of it, tick by tick."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -113,7 +113,7 @@ def motion_of(log: RecordedRun, joints: tuple[str, ...], dt: float, drive: str) 
     of = (
         ("joints", tuple(about.get("joints", ())), joints),
         ("dt", round(float(about.get("dt", np.nan)), DIGITS), round(dt, DIGITS)),
-        ("drive", about.get("drive") or drive, drive),  # without one it does exactly what it is told
+        ("drive", about.get("drive") or drive, drive),  # without one it follows exactly
     )
     for name, its, own in of:
         if its != own:

@@ -105,7 +105,7 @@ def _built(given: argparse.Namespace) -> int:
 
 
 def _is_there(given: argparse.Namespace, wanted: dict[str, Any], away: WheelTarget | None) -> bool:
-    """Whether the library is there and made from this code; of new comments its manifest is told."""
+    """Whether the library is there and made from this code; new comments are noted in its manifest."""
     try:
         said = json.loads((given.out / MANIFEST).read_bytes())
         facts = platform_facts() | ({"target": ""} if away is None else away.facts)
@@ -124,7 +124,7 @@ def _is_there(given: argparse.Namespace, wanted: dict[str, Any], away: WheelTarg
 
 
 def _report_failure(given: argparse.Namespace, reason: str) -> int:
-    """Say why there is no library, here and in the manifest, unless one is there that is told to be older."""
+    """Say why there is no library, here and in the manifest, unless one is there that is marked as older."""
     sys.stderr.write(f"the kernel is not built: {reason}\n")
     with contextlib.suppress(OSError):  # a folder that cannot be written is the reason itself
         if given.wheel or not (given.out / MANIFEST).exists():

@@ -1,1 +1,1 @@
-"""What a planner is told between its steps: its start, faults, loads and stops, as formulas on its record."""
+"""Commands to a planner between its steps: its start, faults, loads and stops, as formulas on its record."""

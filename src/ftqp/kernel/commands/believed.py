@@ -91,7 +91,7 @@ def believe(faults: Any, limits: Any, given: Any, fault: Any, goes_on: int) -> N
     if fault.kind == IS_LOCKED_NOW:
         _lock(faults, given, fault, i, was)
     elif fault.kind == SWINGS_NOW:
-        if faults.code[i] != FREE:  # else it is known to swing, and only its friction is told
+        if faults.code[i] != FREE:  # else it is known to swing, and only its friction is given
             faults.code[i] = MEASURED
         faults.friction[i] = fault.damping
         faults.coulomb[i] = fault.friction + given.coulomb[i]

@@ -1,4 +1,4 @@
-"""Stops that a planner is told of, and what ends them."""
+"""Stops that a planner is asked for, and what ends them."""
 
 from math import inf
 from typing import Any

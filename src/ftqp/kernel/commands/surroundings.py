@@ -1,4 +1,4 @@
-"""What a planner is told of its tool, of its further tasks and of what stands around it."""
+"""What a planner is given of its tool, of its further tasks and of what stands around it."""
 
 from math import inf
 from typing import Any
@@ -13,7 +13,7 @@ from ftqp.kernel.maths.vectors import Vector, length, minus, plus, rotated_back,
 from ftqp.kernel.rows.further_tasks import TURNS
 
 NO_POSE = 1
-"""What was told is no pose, or not finite, and nothing is changed; ..."""
+"""What was given is no pose, or not finite, and nothing is changed; ..."""
 NO_GOAL = 2
 """... and what has no goal of that kind."""
 

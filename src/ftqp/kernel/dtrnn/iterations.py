@@ -351,8 +351,8 @@ def _solve_unknowns(net: Network, count: int) -> None:
 
 
 @jit
-def soften(net: Network) -> None:
-    """Let hard rows yield a little: YIELDING |A|_F^2/(rows tr W) on their diagonal, until ``harden``."""
+def regularise(net: Network) -> None:
+    """Let hard rows yield a little: YIELDING |A|_F^2/(rows tr W) on their diagonal, until removed."""
     primal = net.variables + net.slacks
     trace, norm = 0.0, 0.0
     for i in range(net.variables):
@@ -367,8 +367,8 @@ def soften(net: Network) -> None:
 
 
 @jit
-def harden(net: Network) -> None:
-    """Undo ``soften``."""
+def remove_regularisation(net: Network) -> None:
+    """Undo ``regularise``."""
     for k in range(net.variables + net.slacks, len(net.u)):
         if net.side[k] != 0.0:
             net.Gamma[k, k] = 0.0
@@ -430,10 +430,10 @@ def jump(net: Network, o: Options, size: float, long: bool) -> bool:
     Source: docs/theory/recurrent-network.md, "Newton jumps".
     """
     if long:
-        soften(net)
+        regularise(net)
         residual(net, net.u)
         right_sides(net, net.u)
-        harden(net)
+        remove_regularisation(net)
         residual(net, net.trial)
         found = _newton_steps(net, o, net.trial, size)
     else:
@@ -549,10 +549,10 @@ def proven_infeasible(net: Network) -> bool:
     x, y = net.trial, net.e
     for attempt in range(4):
         if attempt == 2:
-            soften(net)
+            regularise(net)
             residual(net, net.u)
             right_sides(net, net.u)
-            harden(net)
+            remove_regularisation(net)
         for j in range(primal):
             x[j] = min(max(net.u[j] if attempt < 2 else x[j], net.low[j]), net.high[j])
         if attempt == 1 or attempt == 3:

@@ -68,7 +68,7 @@ class Network(NamedTuple):
 class Problem(NamedTuple):
     """A QP of n variables, m equality rows and p two-sided rows, whose arrays may be larger.
 
-    ``dense`` tells whether H holds the Hessian, or else ``H_diagonal``; ``soft``, (m,), is the compliance of
+    ``dense`` says whether H holds the Hessian, or else ``H_diagonal``; ``soft``, (m,), is the compliance of
     the rows of A, 0 for a hard one.
     """
 

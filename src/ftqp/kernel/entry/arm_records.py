@@ -1,4 +1,4 @@
-"""Records of many arms side by side, each as that of a planner: begun, told and stepped in compiled calls."""
+"""Records of many arms side by side, begun, given faults and stepped in compiled calls."""
 
 from typing import Any, final
 
@@ -20,7 +20,7 @@ class ArmRecords:
 
     Args:
         session: What each begins with, which stays as it is.
-        orders: What that is told by.
+        orders: The compiled calls that configure it.
         samples: Of the braking reserve; None where torque is not limited.
         count: How many arms.
         joints: How many joints each has.
@@ -31,7 +31,7 @@ class ArmRecords:
         targets: The target of each arm, packed, (count, 29).
         q: Where each arm is, (count, joints).
         v: How fast it is there, (count, joints).
-        sent: What its drives are told, positions and velocities, (count, 2, joints).
+        sent: What its drives are sent, positions and velocities, (count, 2, joints).
         found: What its monitor has found of each joint and it counts on, (count, joints): 0 nothing, 1 that
             it is locked, 2 that it swings freely.
         status: How its last tick ended, (count,).
@@ -80,7 +80,7 @@ class ArmRecords:
     def tell(
         self, fault: Any, mask: BoolArray, news: BoolArray, goes_on: BoolArray, weak: bool
     ) -> None:  # fmt: skip
-        """Let the arms that are meant believe what a record of kind ``fault``, (1,), says.
+        """Let the arms that are meant count on what a record of kind ``fault``, (1,), says.
 
         Args:
             fault: The record.

@@ -1,4 +1,4 @@
-"""Arms whose records live between calls: begun, told of faults and stepped, each as a planner of its own."""
+"""Arms whose records live between calls: begun, given faults and stepped, each as a planner of its own."""
 
 from typing import Any
 
@@ -51,7 +51,7 @@ def tell_arms(
     records_at: int, givens_at: int, A: Any, fault: Any, mask: Any, news: Any, goes_on: Any, weak: int,
     rows: Any, out: Any, found: Any,
 ) -> None:  # fmt: skip
-    """Let arms to which it is news believe a fault of a joint, or that it works, as ``planner.report``.
+    """Let arms to which it is news count on a fault of a joint, or that it works, as ``planner.report``.
 
     What was found of the joint is forgotten by all that are meant.
     """
@@ -79,7 +79,7 @@ def step_arms(
     """So many ticks of each arm that is meant towards its own target, (count, 29): 0, or a mistake.
 
     The first begins at (q, v), (count, n), each other one where the last has led, and so do these on return;
-    ``sent``, (count, 2, n), is then what the drives are told.
+    ``sent``, (count, 2, n), is then what the drives are sent.
     """
     count = len(q)
     records = carray(pointer(records_at), (count,), RECORD)

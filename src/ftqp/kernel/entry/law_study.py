@@ -16,7 +16,7 @@ Intervals = tuple[tuple[float, float], ...]
 """Intervals (low, high) of a joint [rad or m]."""
 
 COARSE, FINE = 1e-5, 1e-9
-"""Of a step of a run that is told from others, and of one that is followed [rad or m]."""
+"""Of a step of a run that counts as another one, and of one that is followed [rad or m]."""
 ANY, CLOSE = 0.05, 1e-6
 """How near such a run must be to one of many ends that is taken for its own [rad or m]."""
 STEPS = 1000

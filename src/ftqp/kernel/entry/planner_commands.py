@@ -1,4 +1,4 @@
-"""Orders: what a planner is told between its steps, as compiled calls on its record."""
+"""Commands to a planner between its steps, as compiled calls on its record."""
 
 from collections.abc import Mapping
 from typing import Any, final
@@ -60,7 +60,7 @@ NO_LOAD = Load(0.0)
 
 @final
 class PlannerCommands:
-    """What a planner is told between its steps.
+    """Commands to a planner between its steps.
 
     Args:
         session: The planner's.
@@ -86,7 +86,7 @@ class PlannerCommands:
         self._calls: dict[str, Call] = {}
 
     def _know_body(self) -> None:
-        """The body that moves with the robot's own tip, as it is before anything is told."""
+        """The body that moves with the robot's own tip, as it is before any command."""
         given, chain = self.given, self._arm.K.chain
         body = given.body = int(chain.tip_joint)
         given.tip_rotation[:], given.tip_translation[:] = chain.tip_rotation, chain.tip_translation
@@ -125,7 +125,7 @@ class PlannerCommands:
         self._call("forget_finding")(joint)
 
     def believed(self) -> None:
-        """What begins anew after faults were told."""
+        """What begins anew after faults were reported."""
         self._call("believed", self.memory)()
 
     def count_on(self, samples: ReserveSamples | None) -> None:

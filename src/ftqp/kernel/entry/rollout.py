@@ -46,7 +46,7 @@ def believe_event(faults: Any, limits: Any, chain: Any, qp: Any, free: Any, B: A
 
 @jit
 def _tick(K: Any, F: Any, target: Any) -> int:
-    """A tick of the arm, which is where it was told to be."""
+    """A tick of the arm, which is where it was sent."""
     state = K.state
     n = K.chain.n
     for i in range(n):
@@ -90,7 +90,7 @@ def copy_words(of: Any, used: Any, to: Any) -> None:
 
 @jit
 def rollout(model: Any, used: Any, B: Any, own: Any, K: Any, F: Any, n: int, first: int, last: int) -> int:
-    """How many of the arms ``first`` to ``last - 1`` were driven to the end; fewer when told to stop.
+    """How many of the arms ``first`` to ``last - 1`` were driven to the end; fewer when asked to stop.
 
     The words ``used`` of ``model`` are what every arm, of n joints, begins with; what it becomes is worked
     in those of ``own``, which are K, and in F while a joint swings freely. Arms that are skipped are neither

@@ -85,7 +85,7 @@ def share_out(
 ) -> int:  # fmt: skip
     """Do work(first, last) on portions of ``count`` things, on so many threads; None: ``thread_count``.
 
-    A portion has ``size`` things, if it is said. What work says of each is summed up, told to ``progress``
+    A portion has ``size`` things, if it is said. What work says of each is summed up, handed to ``progress``
     and returned; ``stop`` makes portions that have begun end soon. Ctrl-C is raised when they have.
     """
     workers = thread_count() if threads is None else threads

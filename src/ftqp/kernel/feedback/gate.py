@@ -153,7 +153,7 @@ def _send_to_failed(K: Any) -> None:
     """What joints that have failed are sent, beside where they are believed to be.
 
     A joint that is held goes on from what it was sent last, by no more than it takes to brake, and stays
-    there: a sensor that is noisy or drifts moves the estimate, and with it what is told to the others, but
+    there: a sensor that is noisy or drifts moves the estimate, and with it what the others get, but
     not what is sent. Of a joint without motor and brake the estimate itself is said, as far as anything moves
     in a tick, be it beyond the range: there it begins when its motor works again.
     """

@@ -48,7 +48,7 @@ it to a tenth."""
 def torque_known(K: Any, i: int) -> bool:
     """Whether the torque of joint i is known: it works, or swings freely, away from its stops, without any.
 
-    Not before the filters have forgotten what its motor gave; and after an impact nothing is heard.
+    Not before the filters have forgotten what its motor gave; and after an impact no sample counts.
     """
     code = K.faults.code[i]
     heard: bool = code == HEALTHY or (code == FREE and K.free.contact[i] == 0 and K.learned.until_free == 0)
@@ -204,7 +204,7 @@ def take(K: Any) -> None:
         if feedback.unresponsive[i] or gain_reduced(feedback, i):
             row[2] = row[3] = row[4] = row[5] = 0.0
         missed = learned.sent[i] - kinematics.tau[i]
-        if K.faults.code[i] == FREE:  # what was told of its friction is no news
+        if K.faults.code[i] == FREE:  # what was reported of its friction is no news
             missed -= K.faults.friction[i] * supposed.v[i]
         y = missed + learned.used[i] * a[i]
         noise_of_a = learned.felt * learned.felt * learned.noise[i]

@@ -38,7 +38,7 @@ def expected_sample(K: Any, q: Any) -> None:
 
 @jit
 def target_before(target: Any, t: float, turn: Any, out: Any) -> None:
-    """A target as it was a time t ago, its twist V and acceleration A told.
+    """A target as it was a time t ago, its twist V and acceleration A given.
 
     p - t v + t^2/2 a,  exp(-t w + t^2/2 alpha) R,  V - t A
 

@@ -22,7 +22,7 @@ SLOWLY = 0.2
 """Share of the difference by which the slow means follow at each estimate: what changes within 25 ms is
 looked at, and not what a motion asks for."""
 SHAKES, BY_NOISE = 2.0, 20.0
-"""A joint tells something where its acceleration is farther than this from its slow mean [rad/s2 or m/s2],
+"""A joint shows something where its acceleration is farther than this from its slow mean [rad/s2 or m/s2],
 and so many times what noise alone makes of it: noise goes through the loop into the torques, too, and would
 look like a delay of 1/(2 w). Chosen by `ftqp campaign wrong-model`."""
 UNSURE = 3.0

@@ -27,7 +27,7 @@ STUCK = 0.25
 PUSHED_TIME = 0.5
 """Its friction is then taken for more and more, up to ``PUSHED`` of its torque limit within this time [s]."""
 AT_LAST = 1.0
-"""After this time [s] they count as told apart."""
+"""After this time [s] they count as distinguished."""
 LEAST_MASS = 1e-3
 """A load lighter than this [kg] is none, because its place, its first moment by its mass, is noise."""
 FARTHEST = 0.15
@@ -90,7 +90,7 @@ def _forget_joint(learned: Any, i: int) -> None:
 
 @jit
 def _forget_news(K: Any) -> None:
-    """The filters begin anew, and what was heard so far counts no more."""
+    """The filters begin anew, and what was added so far counts no more."""
     K.learned.samples = 0
     for i in range(K.chain.n):
         _forget_joint(K.learned, i)
@@ -126,7 +126,7 @@ def _keep_alone(K: Any) -> None:
 def _go_back(K: Any) -> None:
     """A joint has failed, or works again: what was learned while nobody knew of it counts no more.
 
-    What the others have said holds all the same, as their torques were what was sent, and is heard again at
+    What the others have said holds all the same, as their torques were what was sent, and counts again at
     once: a wrist that has to move now has no time to wait for other news.
     """
     learned = K.learned

@@ -35,7 +35,7 @@ def corrected(state: Any, z: Any, q: Any, v: Any, e: Any) -> tuple[Any, Any, Any
 def plausible(state: Any, v: Any, d: Any, v_max: Any) -> tuple[Any, Any]:
     """(v^, d^) as any joint may have them: |v| <= 2 v_max and 30 at least, |d| <= 2 of that within dt.
 
-    A sensor that lies about a failed joint would else lead the observer, and what it tells the others of
+    A wrong sensor of a failed joint would else lead the observer, and what the others get of
     inertia and gravity, out of all bounds.
     """
     top = smaller(larger(2.0 * v_max, FASTEST), UNLIMITED)

@@ -194,7 +194,7 @@ def _may_stick(limits: Any, feedback: Any, i: int, v: float) -> float:
 def look_at_repeats(state: Any, limits: Any, feedback: Any, i: int, sample: float, v: float) -> None:
     """Finds out whether the number of joint i repeats oddly: ``held``, until the number changes.
 
-    Noise that is stated tells more: a number that repeats for five samples, while the reference goes on
+    Noise that is stated shows more: a number that repeats for five samples, while the reference goes on
     by six standard deviations and by more than normally, is frozen. Else it is looked through, whatever
     feedback would do with it, at the second repeat, if the joint was seen to go along before; and frozen
     once the reference is far away, farther where friction may hold the joint. A servo on positions holds

@@ -382,7 +382,7 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, sigma: Any
 
 @rare_jit
 def _begin_again(K: Any, then: int) -> None:
-    """A torque arm is heard again: it goes on from where it is, and is not drawn to where it was sent."""
+    """A torque arm gives samples again: it goes on from where it is, not drawn to where it was sent."""
     feedback, past, gate = K.feedback, K.past, K.gate
     for k in range(K.faults.working):
         i = K.faults.order[k]

@@ -162,7 +162,7 @@ def _torques(K: Any) -> None:
 
     Feedback is clipped to +-0.6 tau_max_i/M_ii, so that a joint that does not obey, and whose error grows,
     does not throw the others about. tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was
-    sent is told to the observer as the acceleration that the model makes of it, so that it knows saturation
+    sent goes to the observer as the acceleration that the model makes of it, so that it knows saturation
     and its own feed-forward.
     Source: docs/theory/feedback.md, "The torque drive".
     """

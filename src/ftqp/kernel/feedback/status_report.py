@@ -1,4 +1,4 @@
-"""The status report: what the operator is told of the arm, beside what the QP says of itself."""
+"""The status report: what the operator reads of the arm, next to what the QP says of itself."""
 
 from math import inf
 from typing import Any

@@ -12,7 +12,7 @@ from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.settling.rest import gives_up
 
 FARTHEST = 0.03
-"""Largest displacement of the target [m] for an error that forward kinematics tells ..."""
+"""Largest displacement of the target [m] for an error that forward kinematics shows ..."""
 LARGEST_TURN = 0.15
 """... and its largest turn [rad]."""
 

@@ -1,4 +1,4 @@
-"""A force at the tip of a torque arm that nobody told of, told from a motor that does not obey."""
+"""An unreported force at the tip of a torque arm, distinguished from a motor that does not obey."""
 
 from math import sqrt
 from typing import Any

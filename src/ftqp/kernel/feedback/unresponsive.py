@@ -260,7 +260,7 @@ def predict_unresponsive(
 
 @jit
 def inform_unresponsive(feedback: Any, chain: Any, past: Any) -> None:
-    """The observer of an unresponsive joint is told what the others do to it."""
+    """The observer of an unresponsive joint gets what the others do to it."""
     a = past.a[feedback.now]
     for j in range(chain.n):
         if feedback.unresponsive[j]:

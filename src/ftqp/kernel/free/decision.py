@@ -258,7 +258,7 @@ def _decide(K: Any, F: Any) -> None:
 
 @jit
 def hold_still(free: Any, F: Any) -> None:
-    """The search is over; what lies ahead is looked at now and then, to be told."""
+    """The search is over; what lies ahead is looked at now and then, to be reported."""
     F.left = 0.0
     free.mode = STILL
     F.period = max(F.period, int(REPEAT / F.dt + 0.5))
@@ -399,7 +399,7 @@ def search_step(K: Any, F: Any) -> None:
         search(K, F)
         F.countdown -= 1
     if K.free.mode == ARREST and mode != ARREST:
-        search(K, F)  # what lies ahead is told at once
+        search(K, F)  # what lies ahead is reported at once
     rest_on_stops(state, K.faults, K.free)
 
 

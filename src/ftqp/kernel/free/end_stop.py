@@ -82,7 +82,7 @@ def rest_on_stops(state: Any, faults: Any, free: Any) -> None:
 def _absorb(K: Any, i: int) -> None:
     """The stop takes the joint's velocity: it counts as 0 in every row, so that no motor carries the impact.
 
-    The observer is told, too, unless it looks at a time before the impact: it knows no stop, and would take
+    The observer gets it, too, unless it looks at a time before the impact: it knows no stop, and would take
     the impact for a disturbance that goes on.
     """
     state, faults, feedback, qp, M = K.state, K.faults, K.feedback, K.qp, K.kinematics.M

@@ -1,6 +1,6 @@
 """Whether a joint without motor and brake is only measured, or swings as its dynamics say.
 
-    told or found -> MEASURED: nothing but measured; the others make up for where it is seen to go
+    reported or found -> MEASURED: nothing but measured; the others make up for where it is seen to go
                   -> FREE: once its dynamics have foretold the last 50 ms better than standing and coasting do
 
 Where nobody measures, each sample is what the planner itself foretold, and the joint is FREE at once.

@@ -100,8 +100,8 @@ TOO_FAR = 1e6
 """What a plan costs beside all else whose links go farther than they may [rad/s]. A convention, as no impact
 is so fast."""
 CLEAR_FOR = 20
-"""After so many looks ahead without an impact none is told of any more, a tenth of a second: a search that
-goes to and fro between two plans is told of as one."""
+"""After so many looks ahead without an impact none is reported any more, a tenth of a second: a search that
+goes to and fro between two plans counts as one."""
 
 
 @part_jit

@@ -1,4 +1,4 @@
-"""The arm in a rollout: healthy joints accelerate as they are told, one swings freely between two stops."""
+"""The arm in a rollout: healthy joints accelerate as commanded, one swings freely between two stops."""
 
 from math import inf
 from typing import Any

@@ -88,7 +88,7 @@ class StageRow(NamedTuple):
     """One stage of the cascade.
 
     ``good`` and ``bad`` are the stages after an answer that keeps the QP and after one that does not;
-    ``task`` tells whether the QP asks for the task.
+    ``task`` says whether the QP asks for the task.
     """
 
     stage: Stage

@@ -161,8 +161,8 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     unit  f8[N]  one over a fifth of the torque limits
     weight inertia  f8[N]  g, and M a, of the model, in these units
     slow  f8[N,SERVO]  what is older in what the parameters multiply
-    theta stated  f8[N,SERVO]  what is known of the servo now, and what was told of it
-    doubt  f8[N,SERVO]  standard deviations of what was told
+    theta stated  f8[N,SERVO]  what is known of the servo now, and what was stated of it
+    doubt  f8[N,SERVO]  standard deviations of what was stated
     P  f8[N,SERVO,SERVO]
     safe  f8[2,N,SERVO]  what was known when the evidence was zero, the last time and a while before
     safe_P  f8[2,N,SERVO,SERVO]
@@ -178,7 +178,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     counted  i8[N]  what of it the planner counts on
     place tell  f8[N]  where it stood then, and by how much more it is asked for
     used  f8[N,SERVO]  what of it leads the command, which follows what is known slowly
-    stated_lead droop  f8[N]  lag that was told [s], and by how much a joint that stands is led
+    stated_lead droop  f8[N]  lag that was stated [s], and by how much a joint that stands is led
     unsure rotor  f8[N]  variance of what leads a command, and ``m`` as far as it is known [s2]
     room  f8[N]  how far ahead of a joint its command may be
     phi gain  f8[SERVO]  memory

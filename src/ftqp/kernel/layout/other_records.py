@@ -1,4 +1,4 @@
-"""The records beside that of a planner: of what it is told, of its leaders, and of studies and solvers."""
+"""The records beside that of a planner: of what it is given, of its leaders, and of studies and solvers."""
 
 from typing import Final
 
@@ -16,7 +16,7 @@ SEGMENTS = 3
 STARTS = 5
 """Postures from which a rest posture is looked for."""
 WORKS_STILL, IS_LOCKED_NOW, SWINGS_NOW = 0, 1, 2
-"""What becomes of a joint that a planner is told of: it works, within limits that may be lower, or not."""
+"""What becomes of a joint that is reported: it works, within limits that may be lower, or not."""
 LEFT_ALONE, DOUBTED = 3, 4
 """What else may become of one of which something was found."""
 
@@ -76,7 +76,7 @@ joints  A motion of the joints that is followed, see ``ftqp.kernel.rows.objectiv
     x  f8[N]  its mean acceleration, or velocity, until the next tick
     demand  f8[N]  what the QP is asked for
     spared  f8  of the distance that is kept, as the motion is proven to keep the rest of it: a share
-fault  A fault as it is told, the layout of ``ftqp_fault`` in C; NaN for what is not said.
+fault  A fault as it is reported, the layout of ``ftqp_fault`` in C; NaN for what is not said.
     joint  i4
     kind  i4  WORKS_STILL, IS_LOCKED_NOW or SWINGS_NOW
     mode  i4  0 brakes, 1 is at rest at once
@@ -91,7 +91,7 @@ load  A load in the frame of the robot's own tip, the layout of ``ftqp_load`` in
 reserve  Shares of the acceleration limits.
     share  f8  that braking may count on
     guard  f8  up to which torque limits hold
-given  What a planner was made with, as far as what it is told later needs it.
+given  What a planner was made with, as far as what it is given later needs it.
     torque_limits  i8  motors have limits that count
     dynamic on_demand  i8  as in the room ``limits``, of a healthy arm
     external  i8  another solver takes the QP
@@ -111,14 +111,14 @@ given  What a planner was made with, as far as what it is told later needs it.
     posture  f8[N]
     begins  i8[TERMS]  of a further task: 1 where its goal is where the arm begins, -1 where nobody sets it
     mount  f8[TERMS,9]  rotation of its frame in that of ``terms.body``
-    onto  f8[TERMS,12]  the frame that its goal is told in, in that of ``terms.other``, by rows
+    onto  f8[TERMS,12]  the frame that its goal is given in, in that of ``terms.other``, by rows
 free  Work memory beside a joint that swings freely: the plan, the gain, and the rollout on its way.
     plan  f8[SEGMENTS,N]  a factor of a_max for each segment and joint, or BRAKE
     base_q base_v  f8[N]  the state that trials begin from
     q v a x  f8[N]
     goal  f8[3]  where the tip is to be held
     goal_rotation  f8[9]
-    places  f8[N+1,3]  of the joints and the tip when it was told
+    places  f8[N+1,3]  of the joints and the tip when it was given
     start start_v trial  f8[N]
     rest  f8[N]  the posture that is tried or held
     slope step  f8[N]

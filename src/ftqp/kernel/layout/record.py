@@ -191,7 +191,7 @@ settling  What brings the arm to rest, see ``ftqp.kernel.settling``; what is not
     work modes gains  f8[N,N]
     U G  f8[6,6]
     values beside  f8[max(N,6)]
-free  What is told of a free-swinging joint; the memory behind it is that called ``free``.
+free  What is reported of a free-swinging joint; the memory behind it is that called ``free``.
     mode joint  i8
     rows  i8  what is kept now
     allowed  i8  which sets of rows may be kept, one bit for each of ``Kept``

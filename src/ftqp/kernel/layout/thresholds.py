@@ -58,7 +58,7 @@ NOISE_OF_D: Final = sqrt(3.0) / 4.0
 """sigma_d = 0.43 sigma w^(5/2) dt^(1/2) is the noise of an observed acceleration. Derived, and compared with
 a Monte Carlo (docs/theory/feedback.md, "The observer")."""
 LEAST_SPEED: Final = 0.03
-"""A reference slower than this [rad/s or m/s] does not tell whether a joint stands."""
+"""A reference slower than this [rad/s or m/s] does not show whether a joint stands."""
 LATELY: Final = 0.02
 """Torques that two joints on one axis lack are looked at in the mean over such a time [s], so that noise
 falls (docs/theory/feedback.md, "The torque drive")."""
@@ -100,6 +100,6 @@ SUSPECTS: Final = 0.3
 """From this share of the evidence that decides on, a joint is said to be suspected."""
 BESIDE: Final = 1e-6
 """A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than
-rounding of an arm that follows exactly, less than any servo's lag, so that it tells the two apart."""
+rounding of an arm that follows exactly, less than any servo's lag, so that it distinguishes the two."""
 LONGEST: Final = 0.25
 """Positions are sent at most so far ahead of the reference [s]: the slowest servos lag by 0.12."""

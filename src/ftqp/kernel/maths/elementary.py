@@ -13,7 +13,7 @@ from ftqp.core.pose import ORTHONORMAL_TOLERANCE
 from ftqp.kernel.jit import COMPILED, carray, jit, pointer
 
 MOST_TURNS = 1e9
-"""An angle of more turns is none: no encoder tells it. Rounding alone makes 1e-6 rad of a larger one, so that
+"""An angle of more turns is none: no encoder gives it. Rounding alone makes 1e-6 rad of a larger one, so that
 its sine is none."""
 
 

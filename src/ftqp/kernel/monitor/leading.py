@@ -2,7 +2,7 @@
 
     u = q_r + x,    x = c v_r + m a_r + b + s g
 
-What is uncertain counts by less, x^3/(x^2 + var x), beside what was told. It counts as a whole: what its
+What is uncertain counts by less, x^3/(x^2 + var x), next to what was stated. It counts as a whole: what its
 parts cannot be told apart by cancels in the sum, and would not if each counted by itself. The command never
 goes farther ahead of a joint than (c + dt) (|v| + v_max/4) + m a_max + sd(u) + f + 4 sigma: what lag
 explains, and what is caught up with within the speed limit. That holds the command back; it never draws it
@@ -26,7 +26,7 @@ BLENDS = 4.0
 OVERSHOOT = 0.08
 """Share of v_max w_n as which a joint may speed up: e times the overshoot of 3 % that it makes in the end."""
 LAGS, TOLD_LEAST = 2.0, 0.01
-"""A servo of a bandwidth w that was told lags by 2 v_max/w at most: no command leads it by more, nor need it
+"""A servo of a stated bandwidth w lags by 2 v_max/w at most: no command leads it by more, nor need it
 lead by less than a joint goes in the second time [s]."""
 SHOWS, SHOWS_MOST = 0.004, 0.02
 """A command may always lead by what the joint goes at its limit in this time [s]: one that led by less would

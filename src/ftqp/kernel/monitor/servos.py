@@ -1,4 +1,4 @@
-"""What is learned of each servo, with nothing told: one linear model a joint, written for the command.
+"""What is estimated of each servo, with nothing stated: one linear model a joint, written for the command.
 
     u = y + c v + m a + f sgn(v) + b + s g(q) + i (M(q) a),    all signals behind three poles at w
 
@@ -77,7 +77,7 @@ def block_time(K: Any) -> float:
 
 @rare_jit
 def forget_servos(K: Any) -> None:
-    """Nothing is known of the servos but what was told of them."""
+    """Nothing is known of the servos but what was stated of them."""
     M = K.monitor
     M.sees = M.news = M.ideal = M.holds = 0
     M.worst = 0.0
@@ -398,7 +398,7 @@ def learn_servo(K: Any, i: int) -> None:
             if K.feedback.kind == TORQUE_DRIVE:
                 drift, most, creep = A_RADIAN * A_RADIAN * drift, M.doubt[i, r], TORQUE_CREEP
             drift += creep * creep * block if r == DROOP else 0.0
-            P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: so sure is what was told
+            P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: as sure as stated
     if M.act[i] > 0.05:
         _believe_missed(K, i)
     M.way[i] += v * block / 0.05

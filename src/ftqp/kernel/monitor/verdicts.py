@@ -134,7 +134,7 @@ def _has_no_sensor(K: Any, i: int) -> bool:
     """What the sensor of joint i says has been impossible for so long that the arm is stopped."""
     if K.feedback.lost[i] == 0:
         return False
-    for j in range(K.chain.n):  # where no joint is heard it is the line that fails
+    for j in range(K.chain.n):  # where no joint gives samples it is the line that fails
         if j != i and works(K, j) and K.feedback.bad[j] == 0:
             return True
     return K.faults.working == 1

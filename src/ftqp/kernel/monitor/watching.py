@@ -37,7 +37,7 @@ def _look(K: Any, i: int, known: bool) -> None:
     residual(K, i)
     counts = works(K, i) and K.held.on == 0 and M.blind[i] == 0 and K.feedback.thrown == 0.0
     by_torque = K.feedback.kind == TORQUE_DRIVE
-    if by_torque and not known:  # a load of which nobody told is learned first
+    if by_torque and not known:  # an unreported load is estimated first
         M.settles = max(M.settles, 1)
     if counts and not (by_torque and M.rests[i] and M.peak_v[i] > SLOW):  # a brake may hold one that stands
         learn_servo(K, i)

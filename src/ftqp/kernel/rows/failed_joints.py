@@ -2,7 +2,7 @@
 
 What the tip loses where a joint stops otherwise than was foreseen, and how soon the others give it back.
 
-A brake closes within milliseconds, and a failure that nobody told of is believed when the joint has long
+A brake closes within milliseconds, and an unreported failure counts when the joint has long
 stood. The reference then loses the velocity J_F dv_F at once. The task's feedback alone would take it back
 with its own time constant, 1/kv, though the joints that work could do it sooner.
 """

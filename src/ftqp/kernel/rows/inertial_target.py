@@ -296,7 +296,7 @@ def _leans_or_stands(state: Any, faults: Any, limits: Any, chain: Any, qp: Any) 
 
 @jit
 def base_verdict(K: Any, base: Any) -> int:
-    """After the step: the set point moves on, and what the operator is told of the base."""
+    """After the step: the set point moves on, and what the operator reads of the base."""
     chain, state, task, cascade = K.chain, K.state, K.task, K.cascade
     for i in range(chain.n):
         base.setpoint[i] += state.dt * state.v_command[i]

@@ -54,7 +54,7 @@ def has_hull(scene: Any, c: int) -> bool:
 
 @jit
 def refines(scene: Any, c: int, other: int) -> bool:
-    """Whether the hulls of a pair tell more than its capsules."""
+    """Whether the hulls of a pair are more exact than its capsules."""
     return has_hull(scene, c) or (other >= 0 and has_hull(scene, other))
 
 

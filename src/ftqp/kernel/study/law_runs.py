@@ -1,4 +1,4 @@
-"""Runs after failures that nobody was told of: eight seats, which go to the next runs as they end.
+"""Runs after failures that nobody reported: eight seats, which go to the next runs as they end.
 
 A run ends at the goal, at another rest, or in a singularity that lies ahead.
 Source: docs/theory/after-a-failure.md, "How a run ends".

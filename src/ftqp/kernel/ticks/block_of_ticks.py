@@ -1,4 +1,4 @@
-"""Blocks of ticks in closed loop on an arm that does what it is told, with a row of numbers kept of each."""
+"""Blocks of ticks in closed loop on an arm that follows exactly, with a row of numbers kept of each."""
 
 from typing import Any
 

@@ -183,7 +183,7 @@ def step_on_joints(K: Any, joints: Any) -> int:
 
 @jit
 def tick_as_told(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int:
-    """The tick of the planner as it is told now."""
+    """The tick of the planner as it is configured now."""
     code = accept_numbers(K, q, v, target)
     if code < 0:
         return code

@@ -1,4 +1,4 @@
-"""A motion of all joints at once that tells rotors, friction, load, gains and offsets apart."""
+"""A motion of all joints at once that distinguishes rotors, friction, load, gains and offsets."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ CANDIDATES, SHRINKINGS, SHRINK = 40, 12, 0.85
 and clear of what is around; the one that tells most is taken. ``python studies/identify.py`` shows what it
 tells."""
 LOOK, EVERY = 0.05, 4
-"""Torques and surroundings are looked at in such steps [s], and what each of so many of them tells."""
+"""Torques and surroundings are looked at in such steps [s], and what each of so many of them shows."""
 PRECISION = 0.01
 """A torque that is known to this share of its limit: what the motions are compared by."""
 
@@ -53,6 +53,9 @@ class ExcitingMotion:
 
     def __post_init__(self) -> None:
         read_only(self)
+
+    def __repr__(self) -> str:
+        return f"ExcitingMotion({len(self.t)} samples of {self.q.shape[1]} joints, {self.t[-1]:g} s)"
 
 
 def exciting_motion(
@@ -171,7 +174,7 @@ def _range(robot: Robot, start: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _information(robot: Robot, motion: tuple[FloatArray, FloatArray, FloatArray]) -> float | None:
-    """How much the motion tells; None where its torques are too large."""
+    """How much the motion shows; None where its torques are too large."""
     q, v, a = motion
     zero = np.zeros_like(q)
     at = Pieces(np.arange(len(q), dtype=float), q, v, a, zero, LOOK, 0.0)

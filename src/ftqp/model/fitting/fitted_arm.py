@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, final
+from warnings import warn
 
 import numpy as np
 import pinocchio as pin
@@ -16,7 +17,7 @@ from ftqp.model.robot import Robot
 
 HALF = 0.5
 """A rotor that takes half of the torque limit at the acceleration limit is a large one, and so on. What is
-usual is only where the fit begins, and by how much it is told from what the motion says."""
+usual is only where the fit begins, and by how much it is kept from what the motion says."""
 RUBS = 0.3
 """The same of friction, as a share of the torque limit."""
 GAIN = 0.1
@@ -150,7 +151,7 @@ KINDS: dict[str, Unknown] = {
 
 
 SLOWEST = 0.02
-"""Joints slower than this [rad/s or m/s] do not tell the sign of their friction, which may be anything where
+"""Joints slower than this [rad/s or m/s] do not show the sign of their friction, which may be anything where
 they stick."""
 ROUNDS = 6
 """Fits one after another, each about the arm that the last one found and weighted by what it left."""
@@ -189,7 +190,7 @@ class FittedArm:
         load: Mass [kg], first moments [kg m] (3) and moments of inertia [kg m2] (6: xx, xy, yy, xz, yz, zz)
             at the end effector, about and along its axes, (10,).
         errors: Standard errors of all of these, by name.
-        untold: What the motion does not show, by name, one flag each.
+        not_shown: What the motion does not show, by name, one flag each.
         left: What remains unexplained of each joint's torque, root mean square, (nv,) [N m or N].
         before: The same without any unknown.
         size: Root mean square of the torques themselves, (nv,) [N m or N].
@@ -206,7 +207,7 @@ class FittedArm:
     offsets: FloatArray
     load: FloatArray
     errors: dict[str, FloatArray]
-    untold: dict[str, Any]
+    not_shown: dict[str, Any]
     left: FloatArray
     before: FloatArray
     size: FloatArray
@@ -215,10 +216,16 @@ class FittedArm:
     left_out: float
 
     @property
+    def untold(self) -> dict[str, Any]:
+        """`not_shown`, as it was called before 0.4."""
+        warn("what the motion does not show is FittedArm.not_shown now", DeprecationWarning, stacklevel=2)
+        return self.not_shown
+
+    @property
     def payload(self) -> Payload | None:
         """The load as ``planner.carry`` takes it; None where there is none beyond three standard errors."""
         mass = float(self.load[0])
-        if self.untold[LOAD][0] or mass <= SIGNIFICANT * self.errors[LOAD][0]:
+        if self.not_shown[LOAD][0] or mass <= SIGNIFICANT * self.errors[LOAD][0]:
             return None
         centre = self.load[1:4] / mass
         about_tip = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
@@ -229,14 +236,14 @@ class FittedArm:
 
     @property
     def fitted(self) -> Robot:
-        """The robot with the rotors and the friction that were found; those that are untold stay as they are.
+        """The robot with the rotors and the friction that were found; what the motion does not show stays.
 
         Its load is ``payload``, and gains and offsets are errors of the log, not of the arm.
         """
         robot = self.robot
-        known = {name: np.where(self.untold[name], 0.0, getattr(self, name)) for name in
+        known = {name: np.where(self.not_shown[name], 0.0, getattr(self, name)) for name in
                  ("rotors", "coulomb", "viscous")}  # fmt: skip
-        dry = np.where(self.untold["coulomb"], robot.coulomb, np.maximum(known["coulomb"], 0.0))
+        dry = np.where(self.not_shown["coulomb"], robot.coulomb, np.maximum(known["coulomb"], 0.0))
         viscous = np.maximum(robot.viscous + known["viscous"], 0.0)
         with_friction = robot.with_friction(viscous=viscous, coulomb=dry)
         return with_friction.with_rotors(np.maximum(robot.chain.armature + known["rotors"], 0.0))
@@ -329,16 +336,16 @@ def arm_of(robot: Robot, every: Sequence[TorqueLog], unknowns: Sequence[str], mo
         found = np.clip(usual * scaled, -FARTHEST * usual, FARTHEST * usual)
     errors = usual * _errors(rows, target - rows @ scaled, inverse, block[row])
     moves = np.ptp(pieces.q, axis=0) > LEAST_WAY
-    untold = {}
+    not_shown = {}
     for name, kind in zip(unknowns, kinds, strict=True):
         flags = errors[places[name]] > kind.worth * usual[places[name]]
-        untold[name] = flags if kind.size else flags | (~moves if name != "offsets" else False)
+        not_shown[name] = flags if kind.size else flags | (~moves if name != "offsets" else False)
     values = {name: frozen(found[place]) for name, place in places.items()}
     none = {name: frozen(np.zeros(kind.size or robot.nv)) for name, kind in KINDS.items()}
     return FittedArm(
         robot=robot,
         errors={name: frozen(errors[place]) for name, place in places.items()},
-        untold={**{name: np.ones(len(zero), dtype=bool) for name, zero in none.items()}, **untold},
+        not_shown={**{name: np.ones(len(zero), dtype=bool) for name, zero in none.items()}, **not_shown},
         left=frozen(left), before=frozen(before), size=frozen(_rms(pieces.tau, worth)),
         pieces=len(pieces.t), width=pieces.width, left_out=pieces.left_out, **{**none, **values},
     )  # fmt: skip
@@ -394,7 +401,7 @@ def _carrying(robot: Robot, load: FloatArray) -> Robot:
 
 
 def _rms(values: FloatArray, worth: Any) -> FloatArray:
-    """Root mean square of every joint over the pieces that tell something, (nv,)."""
+    """Root mean square of every joint over the pieces that show something, (nv,)."""
     count = np.maximum(worth.sum(axis=0), 1)
     result: FloatArray = np.sqrt((values**2 * worth).sum(axis=0) / count)
     return result

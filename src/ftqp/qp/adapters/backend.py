@@ -170,7 +170,7 @@ class Backend(ABC):
         self._spent = 0
         """Iterations that the warm attempt of this solve has taken; a repeat may count them to its cap."""
         self._raised = False
-        """Whether the last attempt raised, which is told once, not every tick."""
+        """Whether the last attempt raised, which is logged once, not every tick."""
         self._buffers: QPBuffers | None = None
 
     @final

@@ -207,7 +207,7 @@ def _settings(given: Any) -> dict[str, Any]:
 
 
 def described(event: FaultEvent, robot: Robot) -> dict[str, Any]:
-    """A fault event by name, with its settings; ``announced`` is ``None`` when the planner is never told."""
+    """A fault event by name, with its settings; ``announced`` is ``None`` where it is never reported."""
     fault = event.fault
     index = robot.joint(fault.joint)
     result: dict[str, Any] = {

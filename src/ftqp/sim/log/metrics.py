@@ -224,7 +224,7 @@ STOP_CODES = (STATUSES.index(StepStatus.STOPPING.name), STATUSES.index(StepStatu
 MEASURED: Final = (
     "position_error", "rotation_error", "off_path", "sigma_min", "qp_iterations", "qp_residual", "step_time",
 )  # fmt: skip
-"""Signals of which the extremes are told."""
+"""Signals of which the extremes are listed."""
 
 
 @final

@@ -143,7 +143,7 @@ class GainServo:
         np.clip(asked, -self._tau_max, self._tau_max, out=self.demand)
         np.clip(self.demand, -limit, limit, out=tau)
         if gear is not None:
-            tau[:] = gear.pull(q, v, tau, self._h)
+            tau[:] = gear.spring_torque(q, v, tau, self._h)
 
 
 @final
@@ -160,11 +160,11 @@ class Gear:
         """Begin at rest where the joints are."""
         self.q, self.v = np.array(q), np.zeros(len(q))
 
-    def pull(self, q: FloatArray, v: FloatArray, tau: FloatArray, h: float) -> FloatArray:
+    def spring_torque(self, q: FloatArray, v: FloatArray, tau: FloatArray, h: float) -> FloatArray:
         """The torques of the springs after a time step of the rotors under the motors' torques."""
         wound = self.q - q
         beyond = wound - np.clip(wound, -self._half, self._half)
-        pull: FloatArray = self._k * beyond + np.where(beyond != 0.0, self._d * (self.v - v), 0.0)
-        self.v = self.v + h / self._rotor * (tau - pull)
+        torque: FloatArray = self._k * beyond + np.where(beyond != 0.0, self._d * (self.v - v), 0.0)
+        self.v = self.v + h / self._rotor * (tau - torque)
         self.q = self.q + h * self.v
-        return pull
+        return torque

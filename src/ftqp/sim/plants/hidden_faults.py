@@ -1,4 +1,4 @@
-"""What happens to a joint in physics beside the faults that a planner can be told of.
+"""What happens to a joint in physics besides the faults that can be reported to a planner.
 
 Nobody announces such a fault: it is what a detector is tried on.
 """

@@ -39,7 +39,7 @@ class Twin(NamedTuple):
     joints: FloatArray  # As those of a frame, (nv + 1, 4, 4)
     q: FloatArray  # True joint positions, (nv,) [rad or m]
     error: float  # How far its tip is from the target [m]
-    reported: bool  # Whether it has been told of all that has failed
+    reported: bool  # Whether all that has failed was reported to it
 
 
 class Solid(NamedTuple):

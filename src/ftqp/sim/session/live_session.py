@@ -193,7 +193,7 @@ class Session:
         return False
 
     def _happen(self, k: int) -> None:
-        """What fails by itself at tick k, and what is told then."""
+        """What fails by itself at tick k, and what is reported then."""
         for event in self._failing.get(k, ()):
             for one in self._both:
                 one.fail(event.fault)

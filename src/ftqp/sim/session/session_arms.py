@@ -71,7 +71,7 @@ LINEAR = ("x", "y", "z")
 
 @final
 class RivalArm:
-    """It follows the path of an arm beside it, has the same failures, and is told what a person tells.
+    """It follows the path of an arm beside it, has the same failures, and gets the reports of a person.
 
     What a detector finds it does not learn. While a hand leads the other arm, or that goes back to its path,
     there is no rival; it begins anew beside the arm when that begins its path.

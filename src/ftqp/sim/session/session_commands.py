@@ -34,7 +34,7 @@ class Play:
 
 @dataclass(frozen=True, slots=True)
 class Repair:
-    """Let a joint work again, by its name or 0-based index; the planner is told at once."""
+    """Let a joint work again, by its name or 0-based index; that is reported at once."""
 
     joint: str | int
 

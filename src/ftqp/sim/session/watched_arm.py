@@ -1,4 +1,4 @@
-"""An arm of a session: what has failed of it, what its planner was told, and its picture."""
+"""An arm of a session: what has failed of it, what was reported to its planner, and its picture."""
 
 from typing import final
 

@@ -38,7 +38,9 @@ def robot_figure(path: str | Path, title: str, robot: Robot, q: FloatArray) -> P
     gravity = np.array(robot.chain.gravity)
     up = -gravity / np.linalg.norm(gravity) if gravity.any() else UP
     ranges = np.column_stack([robot.limits.q_min, robot.limits.q_max])
-    return draw_arm(path, title, robot.joints, points, axes, up, ranges, q, robot.chain.limbs)
+    slides = robot.chain.prismatic
+    joints = [f"{name} [{'m' if slides[k] else 'rad'}]" for k, name in enumerate(robot.joints)]
+    return draw_arm(path, title, joints, points, axes, up, ranges, q, robot.chain.limbs)
 
 
 def draw_arm(
@@ -139,6 +141,5 @@ def _draw_ranges(panel: Axes, joints: Sequence[str], ranges: FloatArray, q: Floa
     panel.invert_yaxis()
     panel.use_sticky_edges = False
     panel.margins(x=0.06)
-    panel.set_xlabel("[rad or m]")
     panel.set_title("range of each joint, and where it is", fontsize=10)
     panel.grid(alpha=0.25, axis="x")

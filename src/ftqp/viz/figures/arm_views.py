@@ -203,7 +203,8 @@ def draw_motion(path: str | Path, title: str, robot: Robot, t: FloatArray, q: Fl
         low, high = (float(x) if np.isfinite(x) else None for x in ends)
         shade_beyond(panel, low, high, q[:, i])
         panel.plot(t, q[:, i], color=BLUE, linewidth=1.6)
-        tidy(panel, "time [s]" if i >= robot.nv - 2 else "", "[rad or m]", robot.joints[i])
+        unit = "[m]" if robot.chain.prismatic[i] else "[rad]"
+        tidy(panel, "time [s]" if i >= robot.nv - 2 else "", unit, robot.joints[i])
         panel.set_xlim(t[0], t[-1])
         panel.tick_params(labelbottom=i >= robot.nv - 2)
     return save(figure, path)

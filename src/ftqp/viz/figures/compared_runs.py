@@ -152,9 +152,9 @@ def _draw_joints(
     columns = min(len(logs), 3 if len(logs) in (3, 5, 6, 9) else 4 if len(logs) > 4 else 2)
     rows = ceil(len(logs) / columns)
     slides = np.array(next(iter(logs.values())).metadata["prismatic"])
-    values = [np.where(slides, MILLIMETRES, DEGREES) * log[signal] for log in logs.values()]
+    values = [np.where(slides, MILLIMETRES, 1.0) * log[signal] for log in logs.values()]
     what, rate = quantity
-    unit = f"deg{rate}, mm{rate}" if slides.any() else f"deg{rate}"
+    unit = f"rad{rate}, mm{rate}" if slides.any() else f"rad{rate}"
     top = events.frame(values)
     spikes = events.SPIKES if top < events.peak(values) else ""
     figure = paper(max(4.0 * columns, 12.0), 2.6 * rows + 1.4, f"{title}{spikes}")

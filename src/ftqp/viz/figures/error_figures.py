@@ -107,7 +107,7 @@ def _level(axes: Axes, value: float, said: str, colour: str) -> None:
     axes.axhline(value, color=colour, linewidth=0.9, linestyle="--")
     axes.annotate(
         said, (0.01, value), xytext=(0, 3), xycoords=("axes fraction", "data"), textcoords="offset points",
-        fontsize=8, color=colour, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
+        fontsize=8, color=colour, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""What figures of runs share: the instants that they mark, and curves that can be told apart."""
+"""What figures of runs share: the instants that they mark, and curves that can be distinguished."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -35,7 +35,7 @@ def faults(log: Log) -> list[dict[str, Any]]:
 
 
 def reported_later(fault: dict[str, Any]) -> bool:
-    """Whether the planner was told, but not at once."""
+    """Whether it was reported to the planner, but not at once."""
     return fault["announced"] is not None and fault["announced"] - fault["at"] > REPORTED_LATER
 
 
@@ -45,7 +45,7 @@ def found_at(log: Log) -> list[float]:
 
 
 def sentence(fault: dict[str, Any], *, reported: bool = True) -> str:
-    """One fault in words, with when the planner is told of it or without."""
+    """One fault in words, with when it is reported or without."""
     if not reported:
         return f"{fault['joint']} {KINDS[fault['kind']].happens} at {fault['at']:g} s"
     if fault["announced"] is None:
@@ -74,7 +74,7 @@ def mark(axes: Axes, log: Log) -> None:
 
 
 def mark_faults(axes: Axes, log: Log) -> None:
-    """Draw when joints fail, and when the planner is told, as vertical lines."""
+    """Draw when joints fail, and when that is reported, as vertical lines."""
     for fault in faults(log):
         axes.axvline(fault["at"], color=RED, linewidth=1.2)
         if reported_later(fault):
@@ -107,7 +107,7 @@ def handles(log: Log) -> list[Line2D]:
 
 
 def fault_handles(log: Log, *others: Log) -> list[Line2D]:
-    """What the lines of the faults mean, for a legend; others may have been told at other times."""
+    """What the lines of the faults mean, for a legend; others may have been reported at other times."""
     happened = faults(log)
     result = []
     if happened:

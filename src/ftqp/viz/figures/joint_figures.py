@@ -18,7 +18,6 @@ from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     BLUE,
-    DEGREES,
     FORBIDDEN,
     GREY,
     LIMIT,
@@ -176,11 +175,11 @@ def _unit(log: Log, i: int, rate: str) -> tuple[float, str]:
     """Factor of joint i, and its unit where joints differ in it."""
     slides = log.metadata["prismatic"][i]
     mixed = any(log.metadata["prismatic"])
-    return (MILLIMETRES, f"mm{rate}") if slides else (DEGREES, f"deg{rate}" if mixed else "")
+    return (MILLIMETRES, f"mm{rate}") if slides else (1.0, f"rad{rate}" if mixed else "")
 
 
 def _label(log: Log, what: str, rate: str) -> str:
-    return what if any(log.metadata["prismatic"]) else f"{what} [deg{rate}]"
+    return what if any(log.metadata["prismatic"]) else f"{what} [rad{rate}]"
 
 
 def _either_way(limit: float | None) -> Ends:

@@ -21,7 +21,7 @@ TIP, MARK = 0.22, 0.13
 
 @final
 class DragHandle:
-    """A handle at a pose, (4, 4); ``moved`` is told its pose whenever somebody drags it."""
+    """A handle at a pose, (4, 4); ``moved`` gets its pose whenever somebody drags it."""
 
     def __init__(
         self, scene: Any, name: str, scale: float, pose: FloatArray, moved: Callable[[FloatArray], None],

@@ -1,4 +1,4 @@
-"""Targets of soft tasks, planes and boxes that points are kept to, and what stands around, drawn and told."""
+"""Targets of soft tasks, planes and boxes that points are kept to, and the scene, drawn and labelled."""
 
 from collections.abc import Callable, Sequence
 from html import escape

@@ -28,7 +28,7 @@ class Page:
     Nothing here waits for a browser or for a planner: ``refresh`` draws the latest frame, and what is clicked
     is handed to the source from a thread of the server. Any other host than this machine opens the page to
     the network; a port in use, or 0, gives the next free one. Without ``parts`` an arm is what its chain
-    gives; ``seen`` is told every frame.
+    gives; ``seen`` gets every frame.
 
     Raises:
         InputError: The address is none of this machine, or no port is free.

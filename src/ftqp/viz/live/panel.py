@@ -36,7 +36,7 @@ INVITATION = (
     "<b>Drag the arrows at the end effector</b>, and the arm follows; <b>to path</b> gives it its path back. "
     "Click <b>lock</b> next to a joint: nothing fails but what you break.{further}</div>"
 )
-"""What a visitor is told first, and what a page has beside that."""
+"""What a visitor reads first, and what a page has beside that."""
 BOX = " Put <b>a box in the way</b> and drag it."
 """The same of a page with a box."""
 FASTEST = 5.0

@@ -19,7 +19,7 @@ from ftqp.viz.live.shapes import BASE, Mesh, Part, arm_parts, ball, size_of
 RIVAL = "rival"
 """The overlay of the same arm, led by damped resolved rates."""
 NAMES = {False: "damped resolved rates, not reported", True: "damped resolved rates, reported"}
-"""What the rival is, by whether it has been told of what has failed."""
+"""What the rival is, by whether what has failed was reported to it."""
 FURTHER = "tasks and planes"
 """The overlay of targets of soft tasks and of planes, of arms that have any."""
 OVERLAYS = ("target", "path", "trail", "ellipsoid", RIVAL, "labels", "grid")

@@ -45,12 +45,12 @@ def close_server(server: Any) -> None:
 
 
 def first_messages(server: Any) -> tuple[list[dict[str, Any]], list[bytes]]:
-    """What a browser is told when it connects, scene and controls as they are now, and the arrays in it."""
+    """What a browser gets when it connects, scene and controls as they are now, and the arrays in it."""
     buffer, arrays = server._websock_server._broadcast_buffer, list[memoryview]()
     with buffer.buffer_lock:
         messages = list(buffer.message_from_id.values())
-    told = [message.as_serializable_dict(arrays) for message in messages]
-    return told, [bytes(array) for array in arrays]
+    packed = [message.as_serializable_dict(arrays) for message in messages]
+    return packed, [bytes(array) for array in arrays]
 
 
 def client_page() -> str:

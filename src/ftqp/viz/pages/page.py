@@ -13,7 +13,8 @@ table { border-collapse: collapse; margin: 1rem 0 }
 caption { text-align: left; font-weight: 600; padding: .3rem 0 }
 th, td { padding: .25rem .7rem; border-bottom: 1px solid #e4e4e4; text-align: left; vertical-align: top }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums }
-figure { margin: 1rem 0 } img { max-width: 100% } figure svg { width: 100%; height: auto }
+figure { margin: 1rem 0; overflow-x: auto } img { max-width: 100% } figure svg { width: 100%; height: auto }
+@media (max-width: 50rem) { figure svg { min-width: 46rem } figure img { max-width: none } }
 iframe { width: 100%; height: 34rem; border: 1px solid #ddd; border-radius: 4px }
 pre { background: #f6f6f6; padding: .8rem; overflow-x: auto; font-size: .85rem }
 summary { cursor: pointer; font-weight: 600; padding: .4rem 0 } figcaption { color: #555; font-size: .9rem }

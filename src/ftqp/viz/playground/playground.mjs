@@ -1,9 +1,9 @@
-// playground.mjs - a planner leads an arm in a page; the page is viser's client, which this script tells what to draw.
+// playground.mjs - a planner leads an arm in a page; the page is viser's client, to which this script sends what to draw.
 import { Planner } from './ftqp.mjs'; // in the page, the text of that file stands before what follows
 // ---
 const page = JSON.parse(document.getElementById('ftqp-playground').textContent);
 const { joints, nodes, looks, dt } = page, n = joints.length;
-const HEALTHY = 0, LOCKED = 1, RAMP = 0.25; // a brake closes with a quarter of the acceleration limit, as planners believe
+const HEALTHY = 0, LOCKED = 1, RAMP = 0.25; // a brake closes with a quarter of the acceleration limit, as planners assume
 const LONGEST = 0.05; // seconds that one picture makes up for, at most
 const SHARP = 5; // 1/s: how a dragged target comes to rest
 const THERE = 1e-6; // a target so near to where its path begins is there
@@ -98,9 +98,9 @@ class Lead {
   }
 }
 
-// ---- the arms: one is told what fails, one is not
+// ---- the arms: one gets reports of what fails, one does not
 class Arm {
-  constructor(planner, told) { this.planner = planner; this.told = told; this.reset(); }
+  constructor(planner, reported) { this.planner = planner; this.reported = reported; this.reset(); }
   reset() {
     for (let i = 0; i < n; i++) this.planner.withdraw(i);
     this.q = page.q.slice();
@@ -114,7 +114,7 @@ class Arm {
     const command = this.planner.q;
     for (let i = 0; i < n; i++) this.v[i] = (this.obeys(i, command[i]) - this.q[i]) / dt;
     for (let i = 0; i < n; i++) this.q[i] += this.v[i] * dt;
-    if (this.told) this.q = Array.from(command);
+    if (this.reported) this.q = Array.from(command);
   }
   obeys(i, command) { // where a joint is a tick later
     if (truth[i] === LOCKED) { const v = this.v[i]; return this.q[i] + dt * Math.sign(v) * Math.max(Math.abs(v) - RAMP * page.a_max[i] * dt, 0); }
@@ -127,32 +127,32 @@ const truth = new Array(n).fill(HEALTHY);
 const broken = () => truth.some((code) => code !== HEALTHY);
 const lead = new Lead();
 const wasm = bytes(page.wasm), arm = bytes(page.arm);
-const [told, ghost] = [new Arm(await Planner.open(wasm, arm), true), new Arm(await Planner.open(wasm, arm), false)];
+const [reported, ghost] = [new Arm(await Planner.open(wasm, arm), true), new Arm(await Planner.open(wasm, arm), false)];
 let ticks = 0, paused = false, speed = page.speed, owed = 0, spent = 0, steps = 0, held = -Infinity, chosen = 0, refusal = '';
 
 function tick() {
   lead.next();
   const { place, turn, speed: v, spin, acceleration, spinUp } = lead.target;
   const pose = matrix(turn, place);
-  for (const one of broken() ? [told, ghost] : [told]) one.step(pose, [...v, ...spin], [...acceleration, ...spinUp]);
+  for (const one of broken() ? [reported, ghost] : [reported]) one.step(pose, [...v, ...spin], [...acceleration, ...spinUp]);
   ticks++;
   steps++;
 }
 
 function fail(i, word) {
   refusal = '';
-  if (!broken()) { ghost.take(told); trails[1].rest(); }
+  if (!broken()) { ghost.take(reported); trails[1].rest(); }
   const code = looks.buttons[word] ?? HEALTHY;
   try {
-    if (code === HEALTHY) told.planner.withdraw(i);
-    else told.planner.report(code === LOCKED ? told.planner.locked(i) : told.planner.degraded(i, page.weak));
+    if (code === HEALTHY) reported.planner.withdraw(i);
+    else reported.planner.report(code === LOCKED ? reported.planner.locked(i) : reported.planner.degraded(i, page.weak));
     truth[i] = code;
-    told.planner.resume();
+    reported.planner.resume();
   } catch (mistake) { refusal = mistake.message; }
 }
 
 function begin() {
-  truth.fill(HEALTHY); lead.reset(); told.reset(); ghost.reset(); trails.forEach((one) => one.rest()); history.length = 0; ticks = 0; refusal = '';
+  truth.fill(HEALTHY); lead.reset(); reported.reset(); ghost.reset(); trails.forEach((one) => one.rest()); history.length = 0; ticks = 0; refusal = '';
 }
 
 // ---- what the page says
@@ -178,18 +178,18 @@ function heard({ type, message }) {
   }
 }
 
-// ---- what the page is told
-let worker = null, told_of = [];
-const tell = (message) => told_of.push(message);
-const text = (name, content) => tell({ type: 'GuiUpdateMessage', uuid: page.texts[name], updates: { content } });
-const change = (name, updates) => tell({ type: 'SceneNodeUpdateMessage', name, updates, owner: '' });
+// ---- what the page is sent
+let worker = null, outgoing = [];
+const queue = (message) => outgoing.push(message);
+const text = (name, content) => queue({ type: 'GuiUpdateMessage', uuid: page.texts[name], updates: { content } });
+const change = (name, updates) => queue({ type: 'SceneNodeUpdateMessage', name, updates, owner: '' });
 const seen = {};
 function visible(name, on) {
-  if (seen[name] !== on) tell({ type: 'SetSceneNodeVisibilityMessage', name, visible: seen[name] = on, owner: '' });
+  if (seen[name] !== on) queue({ type: 'SetSceneNodeVisibilityMessage', name, visible: seen[name] = on, owner: '' });
 }
 function put(name, wxyz, position) {
-  tell({ type: 'SetOrientationMessage', name, wxyz, owner: '' });
-  tell({ type: 'SetPositionMessage', name, position, owner: '' });
+  queue({ type: 'SetOrientationMessage', name, wxyz, owner: '' });
+  queue({ type: 'SetPositionMessage', name, position, owner: '' });
 }
 function arrays(value) { // the arrays of the first messages, where those name them
   if (value === null || typeof value !== 'object') return value;
@@ -201,12 +201,12 @@ function arrays(value) { // the arrays of the first messages, where those name t
   return value;
 }
 function send() {
-  if (told_of.length && worker) worker.onmessage({ data: { type: 'message_batch', messages: told_of } });
-  told_of = [];
+  if (outgoing.length && worker) worker.onmessage({ data: { type: 'message_batch', messages: outgoing } });
+  outgoing = [];
 }
 function connect() {
   worker.onmessage({ data: { type: 'connected' } });
-  told_of = arrays(structuredClone(page.messages));
+  outgoing = arrays(structuredClone(page.messages));
   change(nodes.named, { text: looks.named });
   send();
   requestAnimationFrame(picture);
@@ -229,17 +229,17 @@ let before = null, written = -Infinity, labels = '';
 
 const share = (i, q) => page.low[i] === null || page.high[i] === null
   ? Math.atan2(Math.sin(q), Math.cos(q)) / Math.PI : (2 * q - page.low[i] - page.high[i]) / (page.high[i] - page.low[i]);
-const brakes = (i) => truth[i] === LOCKED && Math.abs(told.v[i]) > 1e-4;
+const brakes = (i) => truth[i] === LOCKED && Math.abs(reported.v[i]) > 1e-4;
 function colour(i) {
   if (brakes(i)) return looks.braking;
-  const near = page.low[i] !== null && Math.abs(share(i, told.q[i])) > page.near;
+  const near = page.low[i] !== null && Math.abs(share(i, reported.q[i])) > page.near;
   return truth[i] === HEALTHY && near ? looks.near : looks.condition[truth[i]];
 }
 
 function draw() {
   const apart = broken();
   for (let i = 0; i < n; i++) {
-    put(nodes.frames[i], ...local(i, told.q[i]));
+    put(nodes.frames[i], ...local(i, reported.q[i]));
     if (apart && shown[looks.overlay]) put(nodes.rival_frames[i], ...local(i, ghost.q[i]));
     const paint = colour(i);
     if (String(paint) === painted[i]) continue;
@@ -250,7 +250,7 @@ function draw() {
   put(nodes.target, lead.target.turn, lead.target.place);
   if (held < 0 && (!lead.goal || lead.back)) put(nodes.handle, lead.target.turn, lead.target.place);
   for (const [name, members] of Object.entries(nodes.overlays)) for (const one of members) if (one !== nodes.named) visible(one, shown[name] && (name !== looks.overlay || apart));
-  trails[0].follow(tipOf(told.q));
+  trails[0].follow(tipOf(reported.q));
   if (apart) { const tip = tipOf(ghost.q); trails[1].follow(tip); put(nodes.named, [1, 0, 0, 0], sum(tip, [0, 0, -0.07 * page.size])); }
   visible(nodes.named, apart && shown.labels && shown[looks.overlay]);
   const words = joints.flatMap((name, i) => truth[i] === HEALTHY ? [] : [`${name} ${page.conditions[truth[i]]}`]).join(', ');
@@ -261,13 +261,13 @@ const length = (error) => error < 1e-5 ? '&lt; 0.01 mm' : error < 1 ? `${(1e3 * 
 const escaped = (words) => words.replace(/[&<>"]/g, (letter) => `&#${letter.charCodeAt(0)};`);
 const FONT = 'font:13px/1.45 system-ui,sans-serif;color:#222';
 function write() {
-  const [name, sentence] = page.statuses[told.status], apart = broken();
+  const [name, sentence] = page.statuses[reported.status], apart = broken();
   const listed = joints.flatMap((joint, i) => truth[i] === HEALTHY ? [] : [`${joint}:${page.conditions[truth[i]]}`]).join(' ');
-  const facts = [`${(ticks * dt).toFixed(1)} s, ${paused ? 'paused' : `${speed} × real time`}`, `tip error <b>${length(told.planner.error)}</b>`];
+  const facts = [`${(ticks * dt).toFixed(1)} s, ${paused ? 'paused' : `${speed} × real time`}`, `error of the end effector <b>${length(reported.planner.error)}</b>`];
   if (apart) facts.push(`<span style="color:${looks.rival}">${looks.named}: <b>${length(ghost.planner.error)}</b></span>`);
   if (steps) facts.push(`<span style="color:#888">a tick takes ${(1e3 * spent / steps).toFixed(0)} µs</span>`);
   text('head', `<div id="ftqp-status" data-status="${name}" data-faults="${escaped(listed)}" data-tick="${ticks}" data-paused="${paused}"
-    data-error="${told.planner.error}" data-never-told="${apart ? ghost.planner.error : ''}" style="${FONT};padding:2px 10px">
+    data-error="${reported.planner.error}" data-unreported="${apart ? ghost.planner.error : ''}" style="${FONT};padding:2px 10px">
     <div style="color:#666">${escaped(page.title)}</div><div style="font-size:17px;font-weight:600"><span style="display:inline-block;
     width:12px;height:12px;border-radius:50%;background:${looks.status[name]};margin-right:7px"></span>${name}</div>
     <div style="min-height:37px">${sentence}</div><div>${facts.join('<br>')}</div><div style="color:#8a4b00">${escaped(refusal)}</div></div>`);
@@ -277,14 +277,14 @@ function write() {
 }
 const hex = (paint) => `rgb(${paint})`;
 function row(name, i) {
-  const at = Math.min(Math.max(50 + 50 * share(i, told.q[i]), 0), 100), most = page.v_max[i], fast = most ? Math.min(100 * Math.abs(told.v[i]) / most, 100) : 0;
+  const at = Math.min(Math.max(50 + 50 * share(i, reported.q[i]), 0), 100), most = page.v_max[i], fast = most ? Math.min(100 * Math.abs(reported.v[i]) / most, 100) : 0;
   const bar = (inner) => `<td style="padding:2px 6px 2px 0"><div style="position:relative;height:8px;background:#e6e8ec;border-radius:4px">${inner}</div></td>`;
   const paint = hex(colour(i));
   return `<tr><td style="padding:0 8px 0 0">${escaped(page.short[i])}</td>${bar(`<div style="position:absolute;left:calc(${at.toFixed(1)}% - 4px);width:8px;height:8px;border-radius:4px;background:${paint}"></div>`)}
     ${bar(`<div style="width:${fast.toFixed(1)}%;height:8px;border-radius:4px;background:${paint}"></div>`)}</tr>`;
 }
 function curve() { // errors of the last twenty seconds, powers of ten
-  history.push([told.planner.error, broken() ? ghost.planner.error : NaN]);
+  history.push([reported.planner.error, broken() ? ghost.planner.error : NaN]);
   if (history.length > HISTORY) history.shift();
   const y = (error) => 90 - 80 * (Math.min(Math.max(Math.log10(error), FLOOR), CEILING) - FLOOR) / (CEILING - FLOOR);
   const line = (which, colour) => {
@@ -293,7 +293,7 @@ function curve() { // errors of the last twenty seconds, powers of ten
   };
   const marks = [[0, '1 m'], [-3, '1 mm'], [-6, '1 µm']].map(([power, words]) =>
     `<line x1="30" x2="195" y1="${y(10 ** power)}" y2="${y(10 ** power)}" stroke="#ddd"/><text x="27" y="${y(10 ** power) + 3}" font-size="8.5" text-anchor="end" fill="#666">${words}</text>`);
-  return `<div style="${FONT};padding:4px 8px">tip error, last 20 s<svg viewBox="0 0 200 98" style="width:100%">${marks.join('')}${line(1, looks.rival)}${line(0, looks.trail)}</svg></div>`;
+  return `<div style="${FONT};padding:4px 8px">error of the end effector, last 20 s<svg viewBox="0 0 200 98" style="width:100%">${marks.join('')}${line(1, looks.rival)}${line(0, looks.trail)}</svg></div>`;
 }
 
 function picture(now) {

@@ -104,7 +104,8 @@ def _share(signal: str, limit: str) -> Callable[[Facts, Log], str]:
 
 def _moved(facts: Facts, log: Log) -> str:
     moved = facts["max_failed_joint_motion"]
-    return ", ".join(f"{joint} {motion:.2g}" for joint, motion in moved.items()) or UNKNOWN
+    slides = dict(zip(log.metadata["joints"], log.metadata["prismatic"], strict=True))
+    return ", ".join(f"{j} {x:.2g} {'m' if slides[j] else 'rad'}" for j, x in moved.items()) or UNKNOWN
 
 
 def carried(log: Log) -> dict[str, float]:
@@ -135,11 +136,11 @@ _VALUES: Final[dict[str, Callable[[Facts, Log], str]]] = {
     "limits of torque": _excess("tau", "N m or N"),
     "most of its speed that a working joint used": _share("v", "v_max"),
     "most of its torque that a working joint used": _share("tau", "tau_max"),
-    "how far a failed joint moved [rad or m]": _moved,
+    "how far a failed joint moved": _moved,
     "most that a brake carried": _brakes,
     "time of a step, median": _time("p50"),
     "time of a step, 99 % are below": _time("p99"),
     "longest step": _time("max"),
     "steps whose QP was not solved": lambda facts, log: str(facts["qp"]["failures"]),
 }
-"""What is told of a run, and how."""
+"""What is shown of a run, and how."""

@@ -147,7 +147,7 @@ typedef struct ftqp_finding {
 enum {
     FTQP_HAS_DETECTOR = 1,    /* ftqp_watch, ftqp_detect */
     FTQP_HAS_PATH = 2,        /* ftqp_follow, ftqp_begin, ftqp_speed */
-    FTQP_HAS_TASKS = 3,       /* tasks beside that of the end effector */
+    FTQP_HAS_TASKS = 3,       /* tasks besides that of the end effector */
     FTQP_HAS_THINGS = 4,      /* things in its scene that can be moved */
     FTQP_HAS_MASSES = 5,      /* ftqp_tau, ftqp_carry */
     FTQP_HAS_FREE_JOINTS = 6, /* faults of kind FTQP_FREE_SWINGING */
@@ -185,13 +185,13 @@ double ftqp_progress(const ftqp *p);
 /* Begin the path anew, where the arm stands at its begin; ftqp_reset does it, too. */
 int ftqp_begin(ftqp *p);
 
-/* Believe a fault from the next step on; it takes the place of another one of the same joint. */
+/* Count on a fault from the next step on; it takes the place of another one of the same joint. */
 int ftqp_report(ftqp *p, const ftqp_fault *fault);
 
-/* Believe the joint to be healthy again. */
+/* Count on the joint to be healthy again. */
 int ftqp_withdraw(ftqp *p, int joint);
 
-/* What is believed of a joint, by report or by finding: 0 it works, FTQP_LOCKED and others; or a mistake. */
+/* The fault of a joint that counts, by report or by finding: 0 it works, FTQP_LOCKED and others; or a mistake. */
 int ftqp_believed(const ftqp *p, int joint);
 
 /* Brake every healthy joint from the next step on and hold it, until ftqp_resume or ftqp_reset. */
@@ -210,13 +210,13 @@ int ftqp_carry(ftqp *p, const ftqp_load *load);
    tip. Targets are then of that point. Masses stay: a tool that weighs something is a load, too. */
 int ftqp_tool(ftqp *p, const double *T);
 
-/* Let the brake of a joint that swings freely be closed, and believe that it stands: ftqp_brakes names it. */
+/* Let the brake of a joint that swings freely be closed, and count on it to stand: ftqp_brakes names it. */
 int ftqp_brake(ftqp *p, int joint);
 
 /* Whether the planner has something, FTQP_HAS_...: 1 or 0. */
 int ftqp_has(const ftqp *p, int what);
 
-/* How many tasks there are beside that of the end effector; they are counted from 0, in the order of arm.h. A goal that
+/* How many tasks there are besides that of the end effector; they are counted from 0, in the order of arm.h. A goal that
    nobody has given is where the arm is at ftqp_reset. */
 int ftqp_tasks(const ftqp *p);
 

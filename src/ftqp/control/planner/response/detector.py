@@ -98,9 +98,9 @@ class Detector:
         probe_after: float | None = None,
     ) -> None:
         given = (bandwidths, patience, quantum, probe_after)
-        if told := [name for name, value in zip(GONE, given, strict=True) if value is not None]:
+        if named := [name for name, value in zip(GONE, given, strict=True) if value is not None]:
             warnings.warn(
-                f"{' and '.join(told)} of a detector: no effect any more, since each joint is compared with "
+                f"{' and '.join(named)} of a detector: no effect any more, since each joint is compared with "
                 "what is estimated of it; leave it out",
                 DeprecationWarning,
                 stacklevel=2,

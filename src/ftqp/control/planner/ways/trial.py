@@ -40,7 +40,7 @@ BASE_SHARE: Final = 0.25
 """What the base bears on the way there, as a share of what it bears where the arm brakes on the spot, is a
 quarter of a torque limit's whole share. A convention."""
 LEAST_BORNE: Final = np.array([10.0, 1.0])
-"""The force and torque [N, N m] below which that share is not told apart: a kilogram's. A convention."""
+"""The force and torque [N, N m] below which that share is not distinguished: a kilogram's. A convention."""
 CHOICE: Final = 6
 """For so many of the postures that need least, and are clear, the way there is looked at ..."""
 ON_THE_WAY: Final = 12
