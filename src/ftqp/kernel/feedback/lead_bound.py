@@ -28,29 +28,40 @@ v_max/w."""
 
 
 @jit
-def beyond(K: Any, then: int, i: int, v: float) -> float:
-    """How much farther than the bound the reference is ahead of joint i, < 0 where it is not; towards v."""
+def _room(K: Any, then: int, i: int) -> tuple[float, float]:
+    """How far the reference is ahead of joint i, and how far it may be."""
     if K.monitor.on:
-        ahead = wanted(K, i) - seen_now(K, i)
-        return (ahead if v > 0.0 else -ahead) - K.monitor.room[i]
-    off = K.past.q[then, i] - K.feedback.seen[i]
+        return wanted(K, i) - seen_now(K, i), K.monitor.room[i]
     top = min(K.limits.v_max[i], UNLIMITED)
-    most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(v)
+    most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(K.state.v[i])
     if K.feedback.servo < inf:
         most = min(most, max(LAGS * top / K.feedback.servo, LEAST))
     most += BAND_SIGMAS * max(K.feedback.sigma, K.held.sigma[i])
     if K.feedback.kind != TORQUE_DRIVE:
         most += abs(K.held.baseline[i])
-    return (off if v > 0.0 else -off) - most
+    return K.past.q[then, i] - K.feedback.seen[i], most
 
 
 @jit
-def _may_brake(K: Any, then: int, i: int) -> bool:
-    """Whether joint i is about to be farther behind its reference than it may, by their speeds."""
-    v, dt = K.state.v[i], K.state.dt
-    away, room = abs(v) - (1.0 if v > 0.0 else -1.0) * K.feedback.v_hat[i], -beyond(K, then, i, v)
-    far = away * away <= 2.0 * K.limits.a_brake[i] * (room - 1.5 * dt * away)
-    return away > 0.0 and K.chain.lead[i] == i and not far
+def _end(K: Any, v: float, own: float, room: float, i: int) -> float:
+    """The largest next acceleration or velocity of joint i towards the bound, ``room`` away; inf if far.
+
+    Near the bound the reference comes to rest there like a filter of rate w, w^2 room - 2 w (v - own): an end
+    that opened with each bit of noise would let the planner count on the joint again.
+    """
+    limits, dt, w = K.limits, K.state.dt, K.monitor.w
+    away, a_max, a_brake = v - own, limits.a_max[i], limits.a_brake[i]
+    after = away + a_max * dt
+    if after <= 0.0 or (
+        room > 0.0
+        and w * (room * w - 2.0 * away) >= a_max
+        and after * after <= 2.0 * a_brake * (room - 1.5 * dt * after)
+    ):
+        return inf
+    if K.state.level == ACCELERATION:
+        most = min(viability(away, room, inf, a_max, a_brake, dt)[0], w * (w * room - 2.0 * away))
+        return max(most, -v / dt)
+    return max(min(braking(away, room, inf, a_max, a_brake, dt)[0], w * room) + own, 0.0)
 
 
 @part_jit
@@ -62,26 +73,23 @@ def keep_near(K: Any) -> None:
     command's lead, and every joint keeps to it, so that the others take over from one that does not follow.
     Of other arms one joint that stays behind alone has failed, and is looked at; two are an arm that is held.
     """
-    state, feedback, limits, faults = K.state, K.feedback, K.limits, K.faults
+    state, feedback, faults = K.state, K.feedback, K.faults
     if K.monitor.on and (not K.monitor.sees or feedback.kind != POSITION_DRIVE):
         return
-    if not feedback.active or feedback.exact or K.held.on or limits.conversion != VIABILITY:
+    if not feedback.active or feedback.exact or K.held.on or K.limits.conversion != VIABILITY:
         return
-    then, dt, behind = slot(feedback, feedback.latency), state.dt, 0
+    then, low, high, behind = slot(feedback, feedback.latency), K.scratch.joints, K.scratch.impulse, 0
     for k in range(faults.working):
-        behind += 1 if _may_brake(K, then, faults.order[k]) else 0
+        i = faults.order[k]
+        if K.chain.lead[i] != i:
+            continue
+        ahead, most = _room(K, then, i)
+        v, own = state.v[i], feedback.v_hat[i]
+        low[i], high[i] = _end(K, -v, -own, most + ahead, i), _end(K, v, own, most - ahead, i)
+        behind += 1 if min(low[i], high[i]) < inf else 0
     if behind < (1 if K.monitor.on else min(2, faults.working)):
         return
     for k in range(faults.working):
         i = faults.order[k]
-        if not _may_brake(K, then, i):
-            continue
-        v = state.v[i]
-        sign = 1.0 if v > 0.0 else -1.0
-        own, room = sign * feedback.v_hat[i], -beyond(K, then, i, v)
-        away, a_max, a_brake = sign * v - own, limits.a_max[i], limits.a_brake[i]
-        if state.level == ACCELERATION:
-            most = max(viability(away, room, inf, a_max, a_brake, dt)[0], -sign * v / dt)
-        else:
-            most = max(braking(away, room, inf, a_max, a_brake, dt)[0] + own, 0.0)
-        narrow(K.qp, i, -inf if v > 0.0 else -most, most if v > 0.0 else inf)
+        if K.chain.lead[i] == i:
+            narrow(K.qp, i, -low[i], high[i])
