@@ -13,8 +13,10 @@ from ftqp.kernel.feedback.error_band import BAND_SIGMAS, BAND_TIME, ERROR_BAND
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, POSITION_DRIVE, TORQUE_DRIVE, VIABILITY
-from ftqp.kernel.layout.thresholds import UNLIMITED
+from ftqp.kernel.layout.thresholds import GEAR, UNLIMITED
+from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.leading import seen_now, wanted
+from ftqp.kernel.monitor.servos import noise_of
 from ftqp.kernel.rows.joint_intervals import braking, narrow, viability
 
 REST_TIME = 0.01
@@ -43,25 +45,36 @@ def _room(K: Any, then: int, i: int) -> tuple[float, float]:
 
 
 @jit
-def _end(K: Any, v: float, own: float, room: float, i: int) -> float:
-    """The largest next acceleration or velocity of joint i towards the bound, ``room`` away; inf if far.
+def _may_brake(K: Any, i: int, room: float, v: float, own: float) -> bool:
+    """Whether joint i is about to be farther behind its reference than it may, by their speeds."""
+    away = v - own
+    return away > 0.0 and away * away > 2.0 * K.limits.a_brake[i] * (room - 1.5 * K.state.dt * away)
 
-    Near the bound the reference comes to rest there like a filter of rate w, w^2 room - 2 w (v - own): an end
-    that opened with each bit of noise would let the planner count on the joint again.
+
+@jit
+def _end(K: Any, then: int, i: int) -> tuple[float, float]:
+    """To which side the bound ends the interval of joint i, and by what acceleration or velocity; 0 if not.
+
+    A reference that rests there goes on where the joint has moved by more than noise does and gears play: an
+    end that opened with each bit of noise would let the planner count on the joint every other tick.
     """
-    limits, dt, w = K.limits, K.state.dt, K.monitor.w
-    away, a_max, a_brake = v - own, limits.a_max[i], limits.a_brake[i]
-    after = away + a_max * dt
-    if after <= 0.0 or (
-        room > 0.0
-        and w * (room * w - 2.0 * away) >= a_max
-        and after * after <= 2.0 * a_brake * (room - 1.5 * dt * after)
+    state, limits, dt, v = K.state, K.limits, K.state.dt, K.state.v[i]
+    ahead, most = _room(K, then, i)
+    way = 1.0 if ahead > 0.0 else -1.0
+    if (
+        way * v <= 0.0
+        and K.monitor.on
+        and most - abs(ahead) <= GEAR + 4.0 * sqrt(noise_of(K, i) / K.monitor.every)
     ):
-        return inf
-    if K.state.level == ACCELERATION:
-        most = min(viability(away, room, inf, a_max, a_brake, dt)[0], w * (w * room - 2.0 * away))
-        return max(most, -v / dt)
-    return max(min(braking(away, room, inf, a_max, a_brake, dt)[0], w * room) + own, 0.0)
+        return way, -way * v / dt if state.level == ACCELERATION else 0.0
+    way = 1.0 if v > 0.0 else -1.0
+    room, v, own = most - way * ahead, abs(v), way * K.feedback.v_hat[i]
+    if not _may_brake(K, i, room, v, own):
+        return 0.0, 0.0
+    a_max, a_brake = limits.a_max[i], limits.a_brake[i]
+    if state.level == ACCELERATION:
+        return way, max(viability(v - own, room, inf, a_max, a_brake, dt)[0], -v / dt)
+    return way, max(braking(v - own, room, inf, a_max, a_brake, dt)[0] + own, 0.0)
 
 
 @part_jit
@@ -73,23 +86,19 @@ def keep_near(K: Any) -> None:
     command's lead, and every joint keeps to it, so that the others take over from one that does not follow.
     Of other arms one joint that stays behind alone has failed, and is looked at; two are an arm that is held.
     """
-    state, feedback, faults = K.state, K.feedback, K.faults
+    feedback, faults = K.feedback, K.faults
     if K.monitor.on and (not K.monitor.sees or feedback.kind != POSITION_DRIVE):
         return
     if not feedback.active or feedback.exact or K.held.on or K.limits.conversion != VIABILITY:
         return
-    then, low, high, behind = slot(feedback, feedback.latency), K.scratch.joints, K.scratch.impulse, 0
+    then, ways, ends, behind = slot(feedback, feedback.latency), K.scratch.joints, K.scratch.impulse, 0
     for k in range(faults.working):
         i = faults.order[k]
-        if K.chain.lead[i] != i:
-            continue
-        ahead, most = _room(K, then, i)
-        v, own = state.v[i], feedback.v_hat[i]
-        low[i], high[i] = _end(K, -v, -own, most + ahead, i), _end(K, v, own, most - ahead, i)
-        behind += 1 if min(low[i], high[i]) < inf else 0
+        ways[i], ends[i] = _end(K, then, i)
+        behind += 1 if ways[i] != 0.0 and K.chain.lead[i] == i else 0
     if behind < (1 if K.monitor.on else min(2, faults.working)):
         return
     for k in range(faults.working):
         i = faults.order[k]
-        if K.chain.lead[i] == i:
-            narrow(K.qp, i, -low[i], high[i])
+        if ways[i] != 0.0 and K.chain.lead[i] == i:
+            narrow(K.qp, i, -inf if ways[i] > 0.0 else -ends[i], ends[i] if ways[i] > 0.0 else inf)

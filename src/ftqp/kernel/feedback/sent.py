@@ -309,6 +309,6 @@ def send(K: Any) -> None:
         else:
             held_back = lead_joint(K, i, bounded)
             most, second = max(most, held_back), max(second, min(most, held_back))
-    K.monitor.full = second if faults.working > 1 else most
+    K.monitor.full = second if K.monitor.names and faults.working > 1 else most
     if K.monitor.sees and not K.watch.latched and K.cascade.outcome != STOPPED:  # there it stays
         blend(K)
