@@ -164,6 +164,11 @@ def begin_to_believe(K: Any, given: Any) -> None:
     given.swings = 1 if now else 0
 
 
+UNKNOWN_ERROR = 1.0
+"""What a failure leaves of the error before it is found, in thresholds of the emergency stop beside the one:
+nobody could keep the task meanwhile. It ends where the arm can rest within the threshold."""
+
+
 @rare_jit
 def respond(K: Any, given: Any, i: int) -> int:
     """What becomes of joint i by what the monitor says of it now, what is known of it by others aside.
@@ -179,6 +184,7 @@ def respond(K: Any, given: Any, i: int) -> int:
         return LEFT_ALONE
     if found == 0:
         return WORKS_STILL
+    K.watch.left = max(K.watch.left, UNKNOWN_ERROR)
     if (found == IS_BIASED or found == IS_DROPPED or found == IS_FROZEN) and K.watch.latched:
         return LEFT_ALONE
     if found != IS_FREE:

@@ -13,8 +13,10 @@ from ftqp.kernel.feedback.error_band import BAND_SIGMAS, BAND_TIME, ERROR_BAND
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, POSITION_DRIVE, TORQUE_DRIVE, VIABILITY
-from ftqp.kernel.layout.thresholds import UNLIMITED
+from ftqp.kernel.layout.thresholds import GEAR, UNLIMITED
+from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.leading import seen_now, wanted
+from ftqp.kernel.monitor.servos import noise_of
 from ftqp.kernel.rows.joint_intervals import braking, narrow, viability
 
 REST_TIME = 0.01
@@ -28,29 +30,51 @@ v_max/w."""
 
 
 @jit
-def beyond(K: Any, then: int, i: int, v: float) -> float:
-    """How much farther than the bound the reference is ahead of joint i, < 0 where it is not; towards v."""
+def _room(K: Any, then: int, i: int) -> tuple[float, float]:
+    """How far the reference is ahead of joint i, and how far it may be."""
     if K.monitor.on:
-        ahead = wanted(K, i) - seen_now(K, i)
-        return (ahead if v > 0.0 else -ahead) - K.monitor.room[i]
-    off = K.past.q[then, i] - K.feedback.seen[i]
+        return wanted(K, i) - seen_now(K, i), K.monitor.room[i]
     top = min(K.limits.v_max[i], UNLIMITED)
-    most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(v)
+    most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(K.state.v[i])
     if K.feedback.servo < inf:
         most = min(most, max(LAGS * top / K.feedback.servo, LEAST))
     most += BAND_SIGMAS * max(K.feedback.sigma, K.held.sigma[i])
     if K.feedback.kind != TORQUE_DRIVE:
         most += abs(K.held.baseline[i])
-    return (off if v > 0.0 else -off) - most
+    return K.past.q[then, i] - K.feedback.seen[i], most
 
 
 @jit
-def _may_brake(K: Any, then: int, i: int) -> bool:
+def _may_brake(K: Any, i: int, room: float, v: float, own: float) -> bool:
     """Whether joint i is about to be farther behind its reference than it may, by their speeds."""
-    v, dt = K.state.v[i], K.state.dt
-    away, room = abs(v) - (1.0 if v > 0.0 else -1.0) * K.feedback.v_hat[i], -beyond(K, then, i, v)
-    far = away * away <= 2.0 * K.limits.a_brake[i] * (room - 1.5 * dt * away)
-    return away > 0.0 and K.chain.lead[i] == i and not far
+    away = v - own
+    return away > 0.0 and away * away > 2.0 * K.limits.a_brake[i] * (room - 1.5 * K.state.dt * away)
+
+
+@jit
+def _end(K: Any, then: int, i: int) -> tuple[float, float]:
+    """To which side the bound ends the interval of joint i, and by what acceleration or velocity; 0 if not.
+
+    A reference that rests there goes on where the joint has moved by more than noise does and gears play: an
+    end that opened with each bit of noise would let the planner count on the joint every other tick.
+    """
+    state, limits, dt, v = K.state, K.limits, K.state.dt, K.state.v[i]
+    ahead, most = _room(K, then, i)
+    way = 1.0 if ahead > 0.0 else -1.0
+    if (
+        way * v <= 0.0
+        and K.monitor.on
+        and most - abs(ahead) <= GEAR + 4.0 * sqrt(noise_of(K, i) / K.monitor.every)
+    ):
+        return way, -way * v / dt if state.level == ACCELERATION else 0.0
+    way = 1.0 if v > 0.0 else -1.0
+    room, v, own = most - way * ahead, abs(v), way * K.feedback.v_hat[i]
+    if not _may_brake(K, i, room, v, own):
+        return 0.0, 0.0
+    a_max, a_brake = limits.a_max[i], limits.a_brake[i]
+    if state.level == ACCELERATION:
+        return way, max(viability(v - own, room, inf, a_max, a_brake, dt)[0], -v / dt)
+    return way, max(braking(v - own, room, inf, a_max, a_brake, dt)[0] + own, 0.0)
 
 
 @part_jit
@@ -62,26 +86,19 @@ def keep_near(K: Any) -> None:
     command's lead, and every joint keeps to it, so that the others take over from one that does not follow.
     Of other arms one joint that stays behind alone has failed, and is looked at; two are an arm that is held.
     """
-    state, feedback, limits, faults = K.state, K.feedback, K.limits, K.faults
+    feedback, faults = K.feedback, K.faults
     if K.monitor.on and (not K.monitor.sees or feedback.kind != POSITION_DRIVE):
         return
-    if not feedback.active or feedback.exact or K.held.on or limits.conversion != VIABILITY:
+    if not feedback.active or feedback.exact or K.held.on or K.limits.conversion != VIABILITY:
         return
-    then, dt, behind = slot(feedback, feedback.latency), state.dt, 0
+    then, ways, ends, behind = slot(feedback, feedback.latency), K.scratch.joints, K.scratch.impulse, 0
     for k in range(faults.working):
-        behind += 1 if _may_brake(K, then, faults.order[k]) else 0
+        i = faults.order[k]
+        ways[i], ends[i] = _end(K, then, i)
+        behind += 1 if ways[i] != 0.0 and K.chain.lead[i] == i else 0
     if behind < (1 if K.monitor.on else min(2, faults.working)):
         return
     for k in range(faults.working):
         i = faults.order[k]
-        if not _may_brake(K, then, i):
-            continue
-        v = state.v[i]
-        sign = 1.0 if v > 0.0 else -1.0
-        own, room = sign * feedback.v_hat[i], -beyond(K, then, i, v)
-        away, a_max, a_brake = sign * v - own, limits.a_max[i], limits.a_brake[i]
-        if state.level == ACCELERATION:
-            most = max(viability(away, room, inf, a_max, a_brake, dt)[0], -sign * v / dt)
-        else:
-            most = max(braking(away, room, inf, a_max, a_brake, dt)[0] + own, 0.0)
-        narrow(K.qp, i, -inf if v > 0.0 else -most, most if v > 0.0 else inf)
+        if ways[i] != 0.0 and K.chain.lead[i] == i:
+            narrow(K.qp, i, -inf if ways[i] > 0.0 else -ends[i], ends[i] if ways[i] > 0.0 else inf)

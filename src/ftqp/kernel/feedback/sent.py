@@ -298,7 +298,7 @@ def send(K: Any) -> None:
         return
     for at in range(0, K.chain.n, WIDTH):
         store_lanes(past.a[now], at, load_lanes(state.a_command, at))
-    K.monitor.full = 0.0
+    most = second = 0.0
     bounded = K.monitor.sees != 0 and not K.held.on
     for k in range(faults.working):
         i = faults.order[k]
@@ -307,6 +307,8 @@ def send(K: Any) -> None:
         if feedback.kind == VELOCITY_DRIVE:
             feedback.v_sent[i] = _speed(K, i)
         else:
-            lead_joint(K, i, bounded)
+            held_back = lead_joint(K, i, bounded)
+            most, second = max(most, held_back), max(second, min(most, held_back))
+    K.monitor.full = second if K.monitor.names and faults.working > 1 else most
     if K.monitor.sees and not K.watch.latched and K.cascade.outcome != STOPPED:  # there it stays
         blend(K)

@@ -131,18 +131,19 @@ def wanted(K: Any, i: int) -> float:
 
 
 @jit
-def lead_joint(K: Any, i: int, bounded: bool) -> None:
-    """What is sent to joint i, position and velocity."""
+def lead_joint(K: Any, i: int, bounded: bool) -> float:
+    """What is sent to joint i, position and velocity; by how much of its bound that is held back."""
     M, state, last = K.monitor, K.state, K.gate.sent[i]
     q = state.q_command[i]
     asked = want = wanted(K, i)
+    held_back = 0.0
     if bounded:
         now, room = seen_now(K, i), M.room[i]
         if want > now + room:
             want = max(now + room, min(last, want))
         elif want < now - room:
             want = min(now - room, max(last, want))
-        M.full = max(M.full, abs(want - asked) / room)
+        held_back = abs(want - asked) / room
     way = way_of(K, i)
     want = min(max(want, last - way), last + way)
     low, high = min(K.limits.q_min[i], q, last), max(K.limits.q_max[i], q, last)
@@ -152,6 +153,7 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
         K.feedback.v_sent[i] = (want - last) / state.dt
     else:
         K.feedback.v_sent[i] += M.stated_lead[i] * state.a_command[i]
+    return float(held_back)
 
 
 @jit
