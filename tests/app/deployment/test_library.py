@@ -296,7 +296,7 @@ int main(int, char **arguments) {
     std::vector<int> few(2), enough(FTQP_ARM_JOINTS);
     refused([&] { p.brakes(few); });
     assert(p.reset(q) && p.reset(q.data()) && p.reset(right, nullptr) && p.brakes(enough) == 0);
-    assert(p.has(FTQP_HAS_DETECTOR) && !p.has(FTQP_HAS_GOALS) && p.tasks() == 0 && p.things() == 0);
+    assert(p.has(FTQP_HAS_DETECTOR) && p.has(FTQP_HAS_GOALS) && p.tasks() == 0 && p.things() == 0);
     std::array<double, 16> T{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.1, 0, 0, 0, 1};
     p.tool(T);
     p.own_tip();
