@@ -10,6 +10,7 @@ from tests.app.deployment.test_library import Library, fault_of, numbers
 import ftqp
 from ftqp.app.deployment.arm_file import arm_file
 
+pytestmark = pytest.mark.long
 PANDA = ftqp.robots.load("panda")
 HOME = PANDA.neutral
 AWAY = HOME + np.array([0.5, -0.3, 0.4, 0.3, -0.5, 0.6, 0.3])
@@ -20,22 +21,22 @@ LOCKED, WEAK = 1, 3
 class Both:
     """A planner on its way to a posture in Python and in C, and the arm that both command."""
 
-    def __init__(self, built, goal, lag=0.0, **settings):
-        self.planner = ftqp.Planner(PANDA, **settings)
-        self.arm = Library(built, arm_file(self.planner.deployable(), PANDA.nv))
+    def __init__(self, built, goal, lag=0.0, robot=PANDA, **settings):
+        self.planner = ftqp.Planner(robot, **settings)
+        self.arm = Library(built, arm_file(self.planner.deployable(), robot.nv))
         for name in SIGNALS:
             getattr(self.arm.code, f"ftqp_{name}").restype = ctypes.POINTER(ctypes.c_double)
-        self.planner.reset(HOME)
-        assert self.arm.open() == 0 and self.arm.reset(HOME) == 0
+        self.planner.reset(robot.neutral)
+        assert self.arm.open() == 0 and self.arm.reset(robot.neutral) == 0
         self.goto = ftqp.GoTo(self.planner, q=goal)
         assert self.arm.call("go_to", numbers(goal)) == 0
-        self.q, self.lag, self.steps = HOME.copy(), lag, 0
+        self.q, self.lag, self.steps = robot.neutral.copy(), lag, 0
 
     def step(self, stuck=None):
         step = self.goto.step(self.q)
         assert self.arm.call("go", numbers(self.q), None) == step.code, self.steps
         for name in SIGNALS:
-            sent = np.ctypeslib.as_array(self.arm.call(name), (PANDA.nv,))
+            sent = np.ctypeslib.as_array(self.arm.call(name), self.q.shape)
             np.testing.assert_array_equal(sent, getattr(step, name), err_msg=f"{name} in step {self.steps}")
         assert STATUSES[self.arm.call("arrived")] is self.goto.status, self.steps
         before = self.q.copy()
@@ -86,6 +87,32 @@ def test_a_joint_that_sticks_unannounced_is_found_and_the_others_arrive(built):
 
     assert both.go(stuck=stuck) is ftqp.GoToStatus.UNREACHABLE
     assert set(both.planner.faults) == {"panda_joint4"} and both.arm.call("believed", 3) == LOCKED
+
+
+ROBOTS = ("iiwa14", {}), ("xarm7", {}), ("modular11", {}), ("planar", {"count": 3}), ("planar", {"count": 12})
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize(("name", "options"), ROBOTS)
+def test_arms_of_all_kinds_go_anywhere_as_in_python_whatever_fails(built, name, options, seed):
+    rng, robot = np.random.default_rng(seed), ftqp.robots.load(name, **options)
+    low = np.maximum(robot.limits.q_min, robot.neutral - 2.0)
+    high = np.minimum(robot.limits.q_max, robot.neutral + 2.0)
+    level, at = ("acceleration", "velocity")[seed % 2], int(rng.integers(600))
+    both = Both(built, rng.uniform(low, high), rng.choice([0.0, 0.9]), robot, level=level)
+
+    def change(k):
+        joint = int(rng.integers(robot.nv))
+        if k == at:
+            both.planner.report(ftqp.Locked(joint))
+            assert both.arm.call("report", fault_of(joint, LOCKED)) == 0
+        if k in (at + 300, at + 500):  # to another goal, and then from a motion along its way back
+            goal = rng.uniform(low, high)
+            both.goto = ftqp.GoTo(both.planner, q=goal)
+            assert both.arm.call("go_to", numbers(goal)) == 0
+
+    both.go(4000, change)
+    assert both.steps > at
 
 
 def test_a_motor_that_is_too_weak_ends_the_way_sooner(built):
