@@ -31,7 +31,6 @@ class JointMotion:
 
     Attributes:
         memory: What the kernel reads of the motion.
-        going: What it keeps of the motion to a posture.
         goal: The posture to go to, (nv,) [rad or m].
     """
 
@@ -50,17 +49,17 @@ class JointMotion:
         self._table: tuple[FloatArray, FloatArray] | None = None
         self._working = np.zeros(0, dtype=np.int64)
         self._looked_at, n = b"", robot.nv
-        self.going = Memory("going")
-        self._going: Any = self.going.fields
+        going = Memory("going")
+        self._going: Any = going.fields
         self._going.least[:n] = LEAST_ACCELERATION * robot.limits.a_max
         jerk = np.minimum(robot.limits.a_max / rise_time, robot.limits.j_max)
         self._going.jerk[:n] = ACCELERATION_SHARE * jerk
         self._going.heavy = -1
-        self._plan = view.bind_arm("plan_going", self.going.memory)
-        self._write = view.bind("write_going", self.going.memory, self.memory.memory)
-        self._is_left = view.bind("is_left", self.going.memory)
-        self._judge = view.bind("judge_going", self.going.memory)
-        self._look_up = view.bind("look_up", self.going.memory)
+        self._plan = view.bind_arm("plan_going", going.memory)
+        self._write = view.bind("write_going", going.memory, self.memory.memory)
+        self._is_left = view.bind("is_left", going.memory)
+        self._judge = view.bind("judge_going", going.memory)
+        self._look_up = view.bind("look_up", going.memory)
         self.goal: FloatArray = np.zeros(n)
 
     @property
@@ -176,7 +175,7 @@ class JointMotion:
         x[at] = rate * (then.v - now.v) / dt if self._accelerates else (then.q - now.q) / dt
 
     def _at(self, t: float) -> State:
-        """The motion at a time [s]; the last one is kept, as it is asked for again in the next tick."""
+        """The motion at a time [s]; the last one of a table is kept, as the next tick asks for it again."""
         if self._table is None:
             W, at = self._going, self._working
             W.t = t
