@@ -1,37 +1,10 @@
 /* How long a step of an episode takes in C, with what it finds and does about that. Arguments: arm.ftqp, the episode: of
    each tick q, then a target, 29 numbers. Each tick counts with the least of its times in REPEATS runs. */
-#define _GNU_SOURCE
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
-
-#include "arm.h"
-#include "ftqp.h"
+#include "times.h"
 
 enum { REPEATS = 7, ROW = FTQP_ARM_JOINTS + 29, MOST = 100000 };
 
-static unsigned char file[1 << 24];
 static double rows[MOST][ROW], took[MOST];
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec * 1e6 + (double)t.tv_nsec * 1e-3;
-}
-
-static int compare(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static size_t read_file(const char *path, void *into, size_t most) {
-    FILE *in = fopen(path, "rb");
-    if (in == NULL) return 0;
-    const size_t bytes = fread(into, 1, most, in);
-    fclose(in);
-    return bytes;
-}
 
 static double at_share(const double *times, long count, double share) {
     static double sorted[MOST];

@@ -1,37 +1,19 @@
 /* How long a step takes in C. Arguments: arm.ftqp, how many steps, fifo or free.
    free: one after the other; fifo: at 1 kHz under SCHED_FIFO with locked memory, asleep between steps. */
-#define _GNU_SOURCE
+#include "times.h"
+
 #include <math.h>
 #include <pthread.h>
 #include <sched.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <time.h>
-
-#include "arm.h"
-#include "ftqp.h"
 
 enum { STACK = 1 << 20, WARM = 100, PAINT = 0x5a };
 
-static unsigned char file[1 << 24];
 static ftqp *p;
 static long steps;
 static double *took;
 static double half, third;
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec * 1e6 + (double)t.tv_nsec * 1e-3;
-}
-
-static int compare(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static void one_step(double *q, long k) {
     static ftqp_target target;
@@ -61,10 +43,7 @@ static void *deep(void *q) { /* on a painted stack: how deep the calls go */
 
 int main(int count, char **arguments) {
     if (count < 4) return 2;
-    FILE *in = fopen(arguments[1], "rb");
-    if (in == NULL) return 2;
-    const size_t bytes = fread(file, 1, sizeof file, in);
-    fclose(in);
+    const size_t bytes = read_file(arguments[1], file, sizeof file);
     steps = atol(arguments[2]);
     size_t need;
     if (ftqp_size(file, bytes, &need)) return 3;

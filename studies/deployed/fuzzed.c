@@ -67,7 +67,7 @@ static void any_calls(ftqp *p, int count) {
         ftqp_load load = {odd(), {odd(), 0.0, 0.1}, {odd(), 0.0, 0.0, 0.0, odd(), 0.0, 0.0, 0.0, odd()}};
         double error[6];
         const int what = (int)draw(4) - 1;
-        switch (draw(22)) {
+        switch (draw(24)) {
             case 0: ftqp_reset(p, draw(9) ? q : NULL, draw(2) ? v : NULL); break;
             case 1: ftqp_report(p, draw(9) ? &fault : NULL); break;
             case 2: ftqp_withdraw(p, (int)draw(70) - 2); break;
@@ -84,6 +84,13 @@ static void any_calls(ftqp *p, int count) {
             case 15: ftqp_aim_joints(p, what, draw(9) ? q : NULL), ftqp_weight(p, what, odd()); break;
             case 16: ftqp_move(p, what, draw(9) ? numbers : NULL, draw(2) ? v : NULL), (void)ftqp_clearance(p); break;
             case 11: ftqp_brakes(p, NULL), ftqp_stop_reason_name(ftqp_stop_reason(p)); break;
+            case 17: ftqp_go_to(p, draw(2) ? q : ftqp_q(p)), ftqp_arrived(p); break;
+            case 18: {
+                const int status = ftqp_go(p, draw(9) ? q : NULL, draw(2) ? v : NULL);
+                const double *sent = ftqp_q(p);
+                if (status >= 0 && (sent == NULL || !isfinite(sent[0]))) abort();
+                break;
+            }
             case 10: ftqp_follow(p, draw(2) ? q : NULL, v, (int)draw(4)), ftqp_begin(p), (void)ftqp_progress(p); break;
             default: {
                 const int ticks = (int)draw(9) - 1;

@@ -169,6 +169,14 @@ def test_a_repaired_joint_is_withdrawn_and_one_that_stays_bad_stays_reported():
     assert not planner.faults and watch.arm == "goes_on" and watch.standing == ()
 
 
+@pytest.mark.parametrize("given", ["read", "send", "ready", "watch"])
+def test_what_cannot_be_called_is_refused_at_once(given):
+    planner, cell = started(PANDA, dt=DT), Cell(PANDA.neutral)
+    taken = {"read": cell.read, "send": cell.send, "ready": cell.is_ready, given: 3}
+    with pytest.raises(ftqp.InputError, match=f"{given} is 3, expected"):
+        ftqp.vendors.begin_again(planner, **taken)
+
+
 @pytest.mark.parametrize("speed", [0.0, -0.1, 1.5, float("nan")])
 def test_a_speed_that_is_no_share_is_refused_at_once(speed):
     planner, cell = started(PANDA, dt=DT), Cell(PANDA.neutral)

@@ -240,6 +240,12 @@ def test_what_does_not_fit_the_robot_is_refused():
     for brakes in (True, ["panda_joint1"]):
         with pytest.raises(ftqp.InputError, match=r"brakes is .*, expected a mapping"):
             ftqp.vendors.Watch(planner, "cia402", brakes=brakes)
+    with pytest.raises(ftqp.InputError, match="a brake is 'no', expected True or False"):
+        ftqp.vendors.Watch(planner, "cia402", brakes={"panda_joint1": "no"})
+    with pytest.raises(ftqp.InputError, match="joints is 'panda_joint1', expected their names"):
+        ftqp.vendors.Watch(planner, "cia402", joints="panda_joint1")
+    with pytest.raises(ftqp.InputError, match="table is of type list, expected one of"):
+        ftqp.vendors.Watch(planner, [])
     _, watch = watched()
     with pytest.raises(ftqp.InputError, match="status has 6 numbers, expected 7"):
         watch.look({"status": [0] * 6}, PANDA.neutral)
@@ -247,6 +253,24 @@ def test_what_does_not_fit_the_robot_is_refused():
         watch.look({"status": [float("nan")] * 7}, PANDA.neutral)
     with pytest.raises(ftqp.InputError, match=re.escape("no fault of the arm is there; watch.standing")):
         watch.recover()
+
+
+@pytest.mark.parametrize("planner", [None, PANDA, "panda", ftqp.Planner])
+def test_what_is_no_planner_is_refused_in_a_sentence(planner):
+    for made in (
+        lambda: ftqp.vendors.Watch(planner, "feetech"),
+        lambda: ftqp.vendors.Spare(planner, "panda_joint1", warm=40.0, hot=60.0),
+        lambda: ftqp.vendors.begin_again(planner, list, print, bool),
+    ):
+        with pytest.raises(ftqp.InputError, match=r"planner is .*, expected an ftqp\.Planner"):
+            made()
+
+
+def test_a_brake_may_be_of_a_joint_by_its_number():
+    planner, watch = watched("cia402", brakes={0: True}, joints=[0])
+    fault = {"statusword": [0x08], "error_code": [0x2310]}
+    looked(watch, fault, fault)
+    assert planner.faults == {NAMES[0]: ftqp.Locked(NAMES[0])}
 
 
 def test_no_step_of_a_program_passes_over_one_of_a_person():

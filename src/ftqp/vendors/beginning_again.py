@@ -2,16 +2,14 @@
 
 from collections.abc import Callable, Generator
 from math import ceil
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, positive
+from ftqp.control.planner.planner import Planner
+from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.vendors.word_watch import ONE_STEP, Watch
-
-if TYPE_CHECKING:
-    from ftqp.control.planner.planner import Planner
 
 READY: Final = 0.1
 """The controller is ready and the arm stands for so long without a gap [s]."""
@@ -34,7 +32,7 @@ class Again(NamedTuple):
 
 
 def begin_again(
-    planner: "Planner", read: Callable[[], Any], send: Callable[[FloatArray], object],
+    planner: Planner, read: Callable[[], Any], send: Callable[[FloatArray], object],
     ready: Callable[[], bool | str], speed: float = 0.1, *, watch: Watch | None = None,
 ) -> Generator[Again, None, bool]:  # fmt: skip
     """Lead an arm on after a stop: a generator that is advanced once a period.
@@ -62,15 +60,19 @@ def begin_again(
         ``why`` says what it waited for.
 
     Raises:
-        InputError: A speed outside (0, 1].
+        InputError: No planner or watch, nothing that can be called, or a speed outside (0, 1].
     """
+    instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
+    instance("watch", watch, Watch | None, 'an ftqp.vendors.Watch, Watch(planner, "feetech"), or None')
+    for name, called in (("read", read), ("send", send), ("ready", ready)):
+        instance(name, called, Callable, "a function")  # type: ignore[arg-type]
     if not 0.0 < positive("speed", speed) <= 1.0:
         raise InputError(f"speed is {speed:g}, expected a share of full speed in (0, 1]")
     return _beginning(planner, read, send, ready, speed, watch)
 
 
 def _beginning(
-    planner: "Planner", read: Callable[[], Any], send: Callable[[FloatArray], object],
+    planner: Planner, read: Callable[[], Any], send: Callable[[FloatArray], object],
     ready: Callable[[], bool | str], speed: float, watch: Watch | None,
 ) -> Generator[Again, None, bool]:  # fmt: skip
     """The generator of ``begin_again``."""

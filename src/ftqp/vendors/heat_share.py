@@ -1,15 +1,13 @@
 """Spares a joint that grows hot, or that works near its torque limit for long."""
 
 from math import exp, isfinite
-from typing import TYPE_CHECKING, Final, final
+from typing import Final, final
 
-from ftqp.core.checks import as_number, positive
+from ftqp.control.planner.planner import Planner
+from ftqp.core.checks import as_number, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded
 from ftqp.vendors.verdict import GOES_ON, PERSON, RecoveryStep, Verdict
-
-if TYPE_CHECKING:
-    from ftqp.control.planner.planner import Planner
 
 WARM_BELOW: Final = 20.0
 """So far below the maker's limit a joint is warm, unless the user says otherwise [K], ..."""
@@ -42,7 +40,7 @@ class Spare:
         over: The mean is over so long, > 0 [s]; None looks at each value.
 
     Raises:
-        InputError: An unknown joint, warm not below hot, or a share outside (0, 1].
+        InputError: No planner, an unknown joint, warm not below hot, or a share outside (0, 1].
     """
 
     __slots__ = (
@@ -60,9 +58,10 @@ class Spare:
     )  # fmt: skip
 
     def __init__(
-        self, planner: "Planner", joint: str, *, warm: float | None = None, hot: float | None = None,
+        self, planner: Planner, joint: str, *, warm: float | None = None, hot: float | None = None,
         still: float = 0.3, limit: float | None = None, over: float | None = None,
     ) -> None:  # fmt: skip
+        instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         self._planner, self._joint = planner, planner.robot.joints[planner.robot.joint(joint)]
         if limit is None and (warm is None or hot is None):
             raise InputError("warm and hot are not both given, expected them, or the maker's limit")

@@ -4,19 +4,17 @@ import logging
 from collections import deque
 from collections.abc import Mapping, Sequence
 from math import ceil, isfinite, pi
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.core.checks import positive, sized
+from ftqp.control.planner.planner import Planner
+from ftqp.core.checks import instance, positive, sized
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.vendors.status_words import Table
 from ftqp.vendors.status_words import table as named
 from ftqp.vendors.verdict import ARM, GOES_ON, OFF, PAUSED, PERSON, PROGRAM, RecoveryStep, Verdict
-
-if TYPE_CHECKING:
-    from ftqp.control.planner.planner import Planner
 
 LOG = logging.getLogger("ftqp")
 ANSWERS: Final = 2
@@ -97,8 +95,8 @@ class Watch:
         arm: What the whole arm does: ``goes_on``, ``paused`` or ``off``.
 
     Raises:
-        InputError: An unknown table or joint, one that is named twice, or a number of joints that
-            the table does not have.
+        InputError: No planner, an unknown table or joint, what is no brake, a joint that is named twice, or
+            a number of joints that the table does not have.
     """
 
     __slots__ = (
@@ -107,16 +105,20 @@ class Watch:
     )  # fmt: skip
 
     def __init__(
-        self, planner: "Planner", table: str | Table, joints: Sequence[str] | None = None,
+        self, planner: Planner, table: str | Table, joints: Sequence[str] | None = None,
         brakes: Mapping[str, bool] | None = None, period: float | None = None,
     ) -> None:  # fmt: skip
+        instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
+        instance("table", table, str | Table, "one of ftqp.vendors.names(), or a table")
         self._planner, self._table = planner, table if isinstance(table, Table) else named(table)
         robot = planner.robot
-        self._joints = tuple(robot.joints if joints is None else joints)
-        if not isinstance(brakes or {}, Mapping):
-            raise InputError(f"brakes is {brakes!r:.60}, expected a mapping, {{joint: True}}")
-        for name in (*self._joints, *(brakes or {})):
-            robot.joint(name)
+        instance("joints", joints, list | tuple | None, 'their names in the order of the words, ["j1", "j2"]')
+        named_joints = robot.joints if joints is None else joints
+        self._joints = tuple(robot.joints[robot.joint(one)] for one in named_joints)
+        instance("brakes", brakes, Mapping | None, "a mapping, {joint: True}")
+        for brake in (brakes or {}).values():
+            instance("a brake", brake, bool, "True or False, {joint: True}")
+        for name in self._joints:
             if self._joints.count(name) > 1:
                 raise InputError(f"{name} is named twice in joints, expected each joint once")
         if self._table.joints not in (None, len(self._joints)):
@@ -124,7 +126,7 @@ class Watch:
                 f"{len(self._joints)} joints are watched, expected {self._table.joints}, as "
                 f"{self._table.title} has; name them by joints="
             )
-        self._brakes = dict(brakes or {})
+        self._brakes = {robot.joints[robot.joint(one)]: brake for one, brake in (brakes or {}).items()}
         every = planner.dt if period is None else positive("period", period, "s")
         self._silent = ceil(SILENT * every / planner.dt - 1e-9)
         self._needed: dict[tuple[str, int | None], int] = {

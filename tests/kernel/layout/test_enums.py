@@ -56,7 +56,9 @@ def test_times_are_those_of_the_rows_and_above_zero():
 def test_every_entry_point_is_built(caplog):
     """Built means: its code allocates nothing and needs nothing of numba, else it is refused."""
     built = PARTS["all"]
-    assert {entry.name for entry in built} | {"deployed_step", "deployed_follow"} == set(ENTRIES)
+    assert {entry.name for entry in built} | {"deployed_step", "deployed_follow", "deployed_go"} == set(
+        ENTRIES
+    )
     with caplog.at_level(logging.WARNING, "ftqp"):
         assert all(isinstance(load(one), type(len)) for one in built)
     assert not caplog.records

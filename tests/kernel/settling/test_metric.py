@@ -290,3 +290,24 @@ def rotation(vector):
     x, y, z = vector / angle
     X = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + np.sin(angle) * X + (1.0 - np.cos(angle)) * X @ X
+
+
+def test_an_arm_at_rest_keeps_its_metric_and_its_commands_are_those_of_one_that_does_not(level):
+    robot = ftqp.robots.load("panda")
+    keeps, forgets = (Ticks(robot, 0.002, ftqp.Locked(1), level=level) for _ in range(2))
+    pose = robot.pose(robot.neutral)
+    pose[:3, 3] += (-0.1, 0.15, 0.0)  # of what joint 2 alone can reach
+    target, q, v = ftqp.Target(pose=pose), robot.neutral.copy(), np.zeros(robot.nv)
+    for ticks in (keeps, forgets):
+        ticks.K.settling.on = 1
+        ticks.reset(q)
+    same = 0
+    for _ in range(3000):
+        forgets.K.settling.kept = 0
+        before = keeps.K.settling.kept_q.copy()
+        assert keeps.tick(q, v, target) == forgets.tick(q, v, target)
+        same += keeps.K.settling.kept == 1 and np.array_equal(before, keeps.K.settling.kept_q)
+        for signal in ("q_command", "v_command", "a_command"):
+            np.testing.assert_array_equal(keeps.K.state[signal], forgets.K.state[signal])
+        q, v = keeps.K.state.q_command[: robot.nv].copy(), keeps.K.state.v_command[: robot.nv].copy()
+    assert same > 500, "it rests, and the metric is that of the tick before"

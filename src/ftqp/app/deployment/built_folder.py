@@ -29,7 +29,9 @@ TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
 PARTS: Final = ("detector", "path")
 """What may be asked for by name; a detector is in each."""
 NO_PATH: Final = "a path (ftqp_follow, ftqp_speed): targets are given by the program's own clock"
-NO_GOALS: Final = "ways to a goal and ways out (ftqp.GoTo): the program says where the end effector should be"
+NO_GOALS: Final = (
+    "ways round to a goal, goals of the end effector and ways out (ftqp.GoTo): postures are gone to straight"
+)
 NO_ESCAPE: Final = "ways out of a stall and bridges on the path: a path that cannot go on waits"
 MAKER: Final = "ftqp.kernel.building.deployed"
 UNITS: Final = 130

@@ -12,7 +12,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STOP_REASONS, StepStatus
 from ftqp.control.task.task import row_indices
 from ftqp.kernel.entry.planner_commands import LIMITS
-from ftqp.kernel.layout.enums import JOINTS, NEWS, Brakes, DriveKind, FaultKind, StopReason
+from ftqp.kernel.layout.enums import JOINTS, NEWS, Brakes, DriveKind, FaultKind, Going, StopReason
 from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.layout.scene_room import SHAPES, TERMS, TermKind
@@ -28,11 +28,13 @@ FIELDS = (
     "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",
     "terms.own", "terms.body", "terms.other", "terms.kind", "terms.hard", "terms.weight", "terms.error",
     "scene.obstacles", "scene.pairs", "scene.distance", "monitor.names", "monitor.worst", "monitor.found",
-    "monitor.found_at", "monitor.began",
+    "monitor.found_at", "monitor.began", "keeps.asked",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
 PATH = ("progress", "rate", "end")
 """Fields of a path's record that the C interface reads."""
+GOING = ("state", "ticks", "tolerance")
+"""Fields of a motion to a posture that the C interface reads."""
 GIVEN = ("samples", "may_swing", "q_min", "q_max", "v_max")
 SHOWN = {
     "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
@@ -75,7 +77,7 @@ def offset(dtype: np.dtype[Any], place: str) -> int:
 def layout_header(joints: int = JOINTS) -> str:
     """``layout.h``: what ``ftqp.c`` must know of the kernel's memory."""
     record, given = dtype("record", joints), dtype("given", joints)
-    arm, path = dtype("arm", joints), dtype("path", joints)
+    arm, path, going = (dtype(kind, joints) for kind in ("arm", "path", "going"))
     numbers = {
         "FORMAT": FORMAT,
         "CAPACITY": joints,
@@ -93,6 +95,10 @@ def layout_header(joints: int = JOINTS) -> str:
         "SIZE_OF_GIVEN": given.itemsize,
         "SIZE_OF_ARM": arm.itemsize,
         "SIZE_OF_FREE": dtype("free", joints).itemsize,
+        "SIZE_OF_GOING": going.itemsize,
+        "SIZE_OF_JOINTS": dtype("joints", joints).itemsize,
+        **{f"GOING_{name.upper()}": offset(going, name) for name in GOING},
+        **{f"GOING_{state.name}": int(state) for state in Going},
         "SIZE_OF_CHAIN": arm["chain"].itemsize,
         "ARM_CHAIN": offset(arm, "chain"),
         "RECORD_CHAIN": offset(record, "chain"),
@@ -221,5 +227,5 @@ def _bytes(file: bytes) -> str:
     return f"static const unsigned char ftqp_arm_file[] = {{\n    {body}\n}};\n"
 
 
-HEAD_OF_PLANNER = 8 + 4 * 4 + 11 * 8 + 2 * 8
+HEAD_OF_PLANNER = 8 + 4 * 4 + 13 * 8 + 2 * 8
 """Bytes of ``struct ftqp`` in ``ftqp.c``, behind which the record lies."""

@@ -8,7 +8,6 @@ import numpy as np
 from ftqp.control.following.goto_status import (
     HELD_BACK,
     ONLY_THE_TIP,
-    PATIENCE,
     ConvergenceMonitor,
     GoToStatus,
     fastest,
@@ -21,7 +20,6 @@ from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
 from ftqp.control.following.tip_tracker import TipTracker
 from ftqp.control.following.tracked_frame import FrameOfTip
 from ftqp.control.inverse_kinematics.posture_search import task_rows
-from ftqp.control.planner.joint_motion import EXACT
 from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
@@ -29,7 +27,6 @@ from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.way_out import WayOut
 from ftqp.control.planner.ways.ways import Ways
-from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.control.references.tip_reference import TipLimits
 from ftqp.core.checks import FloatArray, frozen, instance, positive
 from ftqp.core.errors import InputError
@@ -37,16 +34,14 @@ from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
 from ftqp.faults.kinds import FreeSwinging
-from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
-from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING, Going
+from ftqp.kernel.layout.thresholds import AT_REST, EXACT, PATIENCE, RESTLESS_PATIENCE, RISE_TIME
 from ftqp.kernel.layout.ways_room import WayStage
 
 _LOG = logging.getLogger("ftqp")
 SETTLED = 0.1
 """Share of the tolerances within which an arm at its pose is not waited for any longer."""
 
-RESTLESS_PATIENCE = 5.0
-"""One that comes no nearer for so long and is not slow is led to where it rests [s]."""
 MAX_WAYS = 4
 """So many other ways are gone before the arm stays where it is."""
 
@@ -173,7 +168,7 @@ class GoTo:
         self._belief = self._view.belief
         self._ticks = -1
         self._least = np.inf
-        self._approach.begin()
+        self._wait_anew()
         self._settling = self._turned_back = self._only_the_tip = False
         self._aim, self._nearest = self._pose, np.zeros(0)
         self._leg: TipTracker | JointTracker = self._joints if self._tip is None else self._tip
@@ -185,6 +180,11 @@ class GoTo:
         if self._asked is not None and not self._refusal and planner.avoids and not planner.tasks:
             self._leg = self._joints
             self._joints.seek(None, straight=self._limits, **self._asked)
+
+    def _wait_anew(self) -> None:
+        """Wait for the arm to come nearer, from now on."""
+        self._approach.begin()
+        self._joints.wait_anew()
 
     @property
     def _refused(self) -> str:
@@ -360,7 +360,14 @@ class GoTo:
             return
         joints = self._joints
         if self._leg is joints and joints.is_on_way:
-            self._approach.begin()
+            self._wait_anew()
+            return
+        if self._to_posture:
+            found = joints.judged(self._tolerance, self._counts)
+            if found == Going.RESTLESS:
+                self._end_swing(there=False)
+            elif found != Going.MOVING:
+                self._status = GoToStatus[Going(found).name]
             return
         if self._asked is not None and self._leg is joints and joints.blocked is not None:
             self._looked_for, self._taken = joints.blocked, MAX_WAYS
@@ -371,7 +378,7 @@ class GoTo:
         commanded, measured = self._distances(step)
         approach, speed = self._approach, fastest(self._view)
         approach.look(speed, measured <= 1.0)
-        if commanded <= EXACT and speed < AT_REST and (measured <= 1.0 or self._failed_are_off):
+        if commanded <= EXACT and speed < AT_REST and measured <= 1.0:
             self._rest(measured)
             return
         distance = max(commanded / self._tolerance, measured)
@@ -470,8 +477,7 @@ class GoTo:
             working = self._view.working
             commanded = float(np.abs(self._joints.way[working]).max(initial=0.0))
             arm = np.abs(self._joints.way_from(self._view.measured))
-            counts = self._counts if self._to_posture else working
-            return commanded, float(arm[counts].max(initial=0.0)) / self._tolerance
+            return commanded, float(arm[working].max(initial=0.0)) / self._tolerance
         assert self._tip is not None
         reference = self._tip.reference
         left = float(np.linalg.norm(self._aim[:3, 3] - reference.p))
@@ -480,14 +486,6 @@ class GoTo:
         position, rotation = left + missed, turn + turned
         far = max(position / self._tolerance, rotation / self._rotation_tolerance)
         return max(left, turn) if far <= SETTLED else max(position, rotation), far
-
-    @property
-    def _failed_are_off(self) -> bool:
-        """Whether it is failed joints alone that keep the posture from being met."""
-        if not self._to_posture:
-            return False
-        off = (np.abs(self._joints.way_from(self._view.measured)) > self._tolerance) & self._counts
-        return bool(off.any() and not off[self._view.working].any())
 
     def __repr__(self) -> str:
         return f"GoTo({self._planner.robot.name}, {self._status.name})"

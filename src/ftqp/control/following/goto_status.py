@@ -11,18 +11,11 @@ from ftqp.control.planner.planner_view import PlannerView
 from ftqp.core.checks import FloatArray, perhaps_degrees
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.thresholds import AT_REST, COMES_NEARER, SLOW_SHARE
 from ftqp.model.robot import Robot
 
 ONLY_THE_TIP = "the end effector is at its goal, while the scheme goes on moving the joints"
 """The sentence of a pose that is reached where the joints do not come to rest."""
-PATIENCE = 1.0
-"""An arm that comes no nearer and is slow for so long rests as near as it gets [s]."""
-NEARER = 0.02
-"""Share of the distance, and of the tolerance, that counts as coming nearer."""
-SLOW = 0.02
-"""An arm whose joints are all slower than this share of their limit is slow. What these do stands in
-docs/theory/ways-to-a-goal.md, "When the arm has arrived"."""
 HELD_BACK = 0.5
 """An arm that is more than this share of the leash behind its reference holds it back. A guess that
 `python benchmarks/peers_in_physics.py` has not contradicted: there creeping arms are 0.9 to 1.1 leashes
@@ -115,12 +108,12 @@ class ConvergenceMonitor:
 
     def look(self, speed: float, is_there: bool) -> None:
         """A tick: the largest speed of a joint, as a share of its limit, and whether the goal is met."""
-        self._slow = self._slow + 1 if speed < SLOW else 0
+        self._slow = self._slow + 1 if speed < SLOW_SHARE else 0
         self._there = self._there + 1 if is_there else 0
 
     def is_nearer(self, distance: float) -> bool:
         """Whether a distance is less than all before, by enough; it is counted since when none was."""
-        if distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf:
+        if distance < self._best - COMES_NEARER * min(self._best, 1.0 + distance) or self._best == np.inf:
             self._best, self._since = distance, 0
             return True
         self._since += 1

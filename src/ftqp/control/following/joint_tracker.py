@@ -9,7 +9,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.ways import Ways
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.ways_room import WayStage
 
@@ -148,6 +148,14 @@ class JointTracker:
     def way_from(self, q: FloatArray) -> FloatArray:
         """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round."""
         return self._motion.way_from(q, self._goal)
+
+    def wait_anew(self) -> None:
+        """Wait for the arm to come nearer, from now on."""
+        self._motion.wait_anew()
+
+    def judged(self, tolerance: float, counts: BoolArray) -> int:
+        """Where the arm, as it is measured, stands on its way to the goal, as a ``Going``."""
+        return self._motion.judged(self._goal, tolerance, counts)
 
     def step(self, q: Any, v: Any, tau: Any, tip: Any) -> Step:
         """A step on the way; see ``Planner.step``."""

@@ -12,12 +12,11 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.ways import Ways
-from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import FreeSwinging
 from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
-from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.thresholds import AT_REST, RISE_TIME
 from ftqp.kernel.layout.ways_room import WayStage
 
 SAMPLES: Final = 200

@@ -9,10 +9,11 @@ from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession
+from ftqp.kernel.layout.thresholds import STRONG
 from ftqp.model.frames import base_wrenches
 from ftqp.model.robot import Robot
 
-HELD = 0.98
+HELD: Final = STRONG
 """A motor may need this share of its torque limit to hold the arm at rest. Two per cent are left to the
 feedback."""
 NEARER: Final = 1e-3

@@ -51,6 +51,7 @@ from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY
 from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, NOTHING_ASKED, Asked, constraint_labels
+from ftqp.kernel.layout.thresholds import RISE_TIME
 from ftqp.model.robot import Robot
 
 PATIENCE = 0.1
@@ -135,6 +136,7 @@ def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solve
     facts = {
         **{name: getattr(robot.limits, name) for name in LIMITS},
         "coulomb": robot.coulomb,
+        "jerk": np.minimum(robot.limits.a_max / RISE_TIME, robot.limits.j_max),
         "torque_limits": int(given.limits_torque),
         "dynamic": int(given.dynamic),
         "on_demand": int(given.on_demand),

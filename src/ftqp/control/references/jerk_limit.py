@@ -6,13 +6,8 @@ import numpy as np
 import ruckig
 
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout.thresholds import ENDLESS
 
-RISE_TIME = 0.05
-"""The time [s] in which the acceleration rises from zero to its limit, where nobody says another. It is that
-of a stop (``STOP_RISE``)."""
-ENDLESS = 1e3
-"""What an infinite limit of speed counts as [rad/s or m/s]. So that ruckig is never asked for infinite
-numbers, far beyond any joint."""
 TOUCHING = 1.0 - 1e-9
 """Share of a limit that a target's own speed may have at most. So that rounding never takes it past the
 limit, which ruckig would refuse."""

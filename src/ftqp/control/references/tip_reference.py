@@ -6,10 +6,11 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.references.jerk_limit import RISE_TIME, Motion, State
+from ftqp.control.references.jerk_limit import Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import rotation_exp, rotation_vector, skew
 from ftqp.core.setting import refuse_out_of_range, setting
+from ftqp.kernel.layout.thresholds import RISE_TIME
 
 LEAST_SHARE = 0.2
 """Share of a limit that every axis has at least, before the shares are made one vector of length 1. So that

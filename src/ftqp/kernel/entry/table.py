@@ -223,6 +223,24 @@ stop commands.stops first c
 resume commands.stops first c
     takes K:record
     calls resume(K.watch, K.feedback, K.chain)
+plan_going commands.going first
+    takes K:record A:arm W:going goes
+    calls plan_going(K, A, W, goes)
+write_going commands.going first
+    takes K:record W:going J:joints
+    calls write_going(K, W, J)
+is_left commands.going first
+    takes K:record W:going
+    calls is_left(K, W)
+look_up commands.going first
+    takes K:record W:going
+    calls look_up(W, K.chain.n, W.t)
+judge_going commands.going first
+    takes K:record W:going
+    calls judge_going(K, W)
+begin_going commands.going c
+    takes K:record G:given W:going J:joints q:f8[K.chain.n]
+    calls begin_going(K, G, W, J, q)
 carry commands.believed first c
     takes K:record A:arm G:given payload:load
     calls carry(K, A, G, payload)
@@ -324,6 +342,9 @@ deployed_step ticks.steps c
     takes K:record G:given F:free q:f8[K.chain.n] v:f8[K.chain.n] target:f8[TARGET_SIZE] ticks
           work:f8[TARGET_SIZE+2*K.chain.n]
     calls deployed_step(K, G, F, q, v, target, ticks, work)
+deployed_go ticks.steps c
+    takes K:record A:arm W:going J:joints q:f8[K.chain.n] v:f8[K.chain.n]
+    calls deployed_go(K, A, W, J, q, v)
 deployed_follow ticks.steps c-path
     takes K:record G:given F:free path:path table:f8[rows,COLUMNS] rows q:f8[K.chain.n] v:f8[K.chain.n]
           ticks work:f8[TARGET_SIZE+2*K.chain.n]

@@ -157,6 +157,17 @@ class StopReason(IntEnum):
     SCENE = 11
 
 
+@numbered("GOING_{}")
+class Going(IntEnum):
+    """Where an arm stands on its way to a posture; an arm in C has no other."""
+
+    MOVING = 0
+    REACHED = 1
+    UNREACHABLE = 2
+    HALTED = 3
+    RESTLESS = 4
+
+
 @numbered("{}_BRAKES", EACH="EACH_BRAKE", NONE="NO_BRAKES")
 class Brakes(IntEnum):
     """Which brakes an arm has, by the names that ``ftqp.Drive`` gives them."""

@@ -76,6 +76,22 @@ joints  A motion of the joints that is followed, see ``ftqp.kernel.rows.objectiv
     x  f8[N]  its mean acceleration, or velocity, until the next tick
     demand  f8[N]  what the QP is asked for
     spared  f8  of the distance that is kept, as the motion is proven to keep the rest of it: a share
+going  A motion of the joints to a posture, see ``ftqp.kernel.commands.going``.
+    goal  f8[N]
+    q v a way  f8[N]  the state that it begins from, and how far each joint goes
+    times jerks  f8[N,8]  of the parts of its motion
+    duration  f8
+    v_max a_max jerk least slow  f8[N]  limits, the least a_max, and by which speed a command has left it
+    by  f8[N]  speeds on the way
+    q_now v_now a_now near far  f8[N]
+    moves counts  i8[N]  joints that work, and that are at the goal when it is reached
+    speed tolerance t  f8
+    heavy worst looks  i8  the joint whose motor cannot hold the arm farther on, -1: none
+    best  f8
+    since lately  i8  ticks without coming nearer, and slow ones
+    ticks begun state  i8  after which tick it goes on, -1 where it begins anew; a ``Going``
+    known  f8[N,10]  what was believed of each joint when it was planned
+    target  f8[TARGET_SIZE]
 fault  A fault as it is reported, the layout of ``ftqp_fault`` in C; NaN for what is not said.
     joint  i4
     kind  i4  WORKS_STILL, IS_LOCKED_NOW or SWINGS_NOW
@@ -108,6 +124,7 @@ given  What a planner was made with, as far as what it is given later needs it.
     body_com  f8[3]
     body_inertia  f8[6]
     q_min q_max v_max a_max tau_max coulomb  f8[N]  limits and friction of the healthy arm
+    jerk  f8[N]  of motions to a posture
     posture  f8[N]
     begins  i8[TERMS]  of a further task: 1 where its goal is where the arm begins, -1 where nobody sets it
     mount  f8[TERMS,9]  rotation of its frame in that of ``terms.body``

@@ -180,6 +180,12 @@ settling  What brings the arm to rest, see ``ftqp.kernel.settling``; what is not
     q_seen q_window q_long_window  f8[N]
     gradient  f8[N]  A'e
     kick  f8[N]  what is added to it at a saddle
+    kept kept_m kept_count found  i8  what the metric was found from, and how many joints are free then
+    kept_s  f8
+    kept_q  f8[N]
+    kept_free  i8[N]
+    kept_e  f8[6]
+    kept_A  f8[6,N]
     delta  f8[N]  way to go of the free joints
     direction  f8[N]
     anchor  f8[12]  pose where the target stands

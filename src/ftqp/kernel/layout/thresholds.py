@@ -103,3 +103,34 @@ BESIDE: Final = 1e-6
 rounding of an arm that follows exactly, less than any servo's lag, so that it distinguishes the two."""
 LONGEST: Final = 0.25
 """Positions are sent at most so far ahead of the reference [s]: the slowest servos lag by 0.12."""
+
+ENDLESS: Final = 1e3
+"""What an infinite limit of speed counts as [rad/s or m/s], far beyond any joint."""
+ACCELERATION_SHARE: Final = 0.99
+"""Share of the limits of acceleration and jerk that the motion uses: what is left corrects errors."""
+LEAST_ACCELERATION: Final = 0.05
+"""Share of a_max that the motion uses even where gravity leaves less, so that it ends."""
+DEVIATION: Final = 0.01
+"""A command so far from the motion begins it anew, because limits have held the arm back: by its place [rad
+or m] ..."""
+SPEED_DEVIATION: Final = 0.05
+"""... or by its speed, as a share of v_max."""
+STRONG: Final = 0.98
+"""Motors that hold the arm at rest by this share of their limits are strong enough. A convention."""
+EXACT: Final = 1e-6
+"""A command so near to its goal has arrived [m, rad]. A convention."""
+PATIENCE: Final = 1.0
+"""An arm that comes no nearer and is slow for so long rests as near as it gets [s]."""
+RESTLESS_PATIENCE: Final = 5.0
+"""One that comes no nearer for so long and is not slow is stopped [s]."""
+COMES_NEARER: Final = 0.02
+"""Share of the distance, and of the tolerance, that counts as coming nearer."""
+SLOW_SHARE: Final = 0.02
+"""An arm whose joints are all slower than this share of their limit is slow. What these do stands in
+docs/theory/ways-to-a-goal.md, "When the arm has arrived"."""
+RISE_TIME: Final = 0.05
+"""The time [s] in which the acceleration rises from zero to its limit, where nobody says another. It is that
+of a stop (``STOP_RISE``)."""
+BANDWIDTH, BANDWIDTH_STEPS = 20.0, 0.2
+"""How fast an error to the motion decays, at most [1/s] and times dt: a fifth of it is taken off in a tick,
+so that the sampled loop does not overshoot."""

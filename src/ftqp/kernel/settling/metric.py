@@ -291,13 +291,41 @@ def _project(faults: Any, settling: Any, t: float) -> None:
 
 
 @jit
+def _is_as_before(K: Any, s: float, count: int) -> bool:
+    """Whether all that the metric follows from is what it was when it was found, which is kept."""
+    settling, n, m = K.settling, K.chain.n, K.task.m
+    same = (
+        settling.kept == 1 and settling.kept_s == s and settling.kept_m == m and settling.kept_count == count
+    )
+    for i in range(n):
+        same = same and settling.kept_q[i] == K.state.q[i] and settling.kept_free[i] == settling.free[i]
+        settling.kept_q[i], settling.kept_free[i] = K.state.q[i], settling.free[i]
+    for k in range(m):
+        same = same and settling.kept_e[k] == settling.e[k]
+        settling.kept_e[k] = settling.e[k]
+        for i in range(n):
+            same = same and settling.kept_A[k, i] == settling.A[k, i]
+            settling.kept_A[k, i] = settling.A[k, i]
+    settling.kept, settling.kept_s, settling.kept_m, settling.kept_count = 1, s, m, count
+    return same
+
+
+@jit
 def find_metric(K: Any, s: float, square: float) -> int:
     """D and the kick for a curvature of norm s and an error of ``square`` e'e: how many joints are free.
 
-    -1 when D = 0, because no eigenvalue of S is larger than sigma_min^2 over the free joints: first by s.
-    Source: docs/theory/settling.md, "The metric".
+    -1 when D = 0, because no eigenvalue of S is larger than sigma_min^2 over the free joints: first by s. An
+    arm at rest has that of the tick before. Source: docs/theory/settling.md, "The metric".
     """
     count = free_joints(K)
+    if not _is_as_before(K, s, count):
+        K.settling.found = _find_metric(K, s, square, count)
+    return int(K.settling.found)
+
+
+@jit
+def _find_metric(K: Any, s: float, square: float, count: int) -> int:
+    """The same of an arm that was elsewhere, with so many free joints."""
     if count >= K.task.m:
         gram_of_rows(K.task, K.settling, count)
         if exceeds(K.task, K.settling, s):

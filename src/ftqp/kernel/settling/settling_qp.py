@@ -196,7 +196,7 @@ def set_in_at_zero(faults: Any, task: Any, chain: Any, settling: Any) -> None:
     psi = max(0.0, 1.0 - max(least, 0.0) / spread(chain, settling))
     if not psi < settling.psi:
         return
-    share, settling.psi = psi / settling.psi, psi
+    share, settling.psi, settling.kept = psi / settling.psi, psi, 0
     for a in range(faults.working):
         i = faults.order[a]
         settling.kick[i] *= share

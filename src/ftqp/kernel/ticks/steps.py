@@ -10,6 +10,8 @@ import numpy as np
 
 from ftqp.kernel.closed_forms.closed_form_tick import resolve
 from ftqp.kernel.commands.believed import falls
+from ftqp.kernel.commands.going import follow_going, lead_going
+from ftqp.kernel.commands.stops import stop
 from ftqp.kernel.dtrnn.iterations import solve_planner_qp
 from ftqp.kernel.feedback.late_loop import miss
 from ftqp.kernel.free.end_stop import stop_torques
@@ -21,11 +23,13 @@ from ftqp.kernel.layout.enums import (
     ANSWERED,
     HEALTHY,
     MAIN_STAGE,
+    NEWS,
     OK,
     QP_READY,
     RELAXED,
     SLACK,
     SOLVED,
+    STOPPED_AS_ASKED,
     TARGET_SIZE,
 )
 from ftqp.kernel.layout.flat_arrays import COLUMNS, VALID
@@ -224,6 +228,22 @@ def deployed_step(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any, ticks
         if code < 0:
             return code
     return tick_as_told(K, given, F, q, v, target)
+
+
+@jit
+def deployed_go(K: Any, A: Any, W: Any, J: Any, q: Any, v: Any) -> int:
+    """The tick on the way to a posture: a status, with NEWS where something was found, or a mistake."""
+    if K.state.is_reset:
+        lead_going(K, A, W, J)
+    code = accept_numbers(K, q, v, W.target)
+    if code < 0:
+        return code
+    for k in range(TARGET_SIZE):
+        K.task.target[k] = 0.0
+    code = step_on_joints(K, J)
+    if code >= 0 and follow_going(K, W, code % NEWS):
+        stop(K.watch, STOPPED_AS_ASKED)
+    return code
 
 
 @jit

@@ -17,6 +17,7 @@ enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 5, WORDS_
 
 _Static_assert(sizeof(ftqp_fault) == SIZE_OF_FAULT, "ftqp_fault is laid out as the kernel's");
 _Static_assert(sizeof(ftqp_load) == SIZE_OF_LOAD, "ftqp_load is laid out as the kernel's");
+_Static_assert(GOING_HALTED == FTQP_HALTED && GOING_UNREACHABLE == FTQP_UNREACHABLE, "ways have the kernel's numbers");
 _Static_assert(TORQUE_DRIVE == FTQP_SENDS_TORQUES, "drives have the kernel's numbers");
 _Static_assert(sizeof(ftqp_target) == NUMBERS * sizeof(double), "ftqp_target is a packed target");
 
@@ -35,6 +36,8 @@ int64_t KERNEL(carry)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(torques)(int64_t);
 int64_t KERNEL(ask_for_brake)(int64_t, int64_t);
 int64_t KERNEL(hold)(int64_t, int64_t, int64_t);
+int64_t KERNEL(begin_going)(int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(deployed_go)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(aim)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(aim_joints)(int64_t, int64_t, int64_t);
 int64_t KERNEL(move_thing)(int64_t, int64_t, int64_t, int64_t);
@@ -60,7 +63,7 @@ struct ftqp {
     uint64_t open;
     int32_t joints, samples, status;
     uint32_t noticed; /* what was found when ftqp_watch was asked last, as one number */
-    uint64_t record, given, arm, path, table, table_bytes, free, rows, faults, work, bytes;
+    uint64_t record, given, arm, path, table, table_bytes, free, going, led, rows, faults, work, bytes;
     double shares[2];
 };
 
@@ -121,7 +124,9 @@ static void arrange(ftqp *p, const Head *head) {
     p->table = p->path + LINE(head->path);
     p->table_bytes = head->table;
     p->free = p->table + LINE(head->table);
-    p->rows = p->free + LINE(SIZE_OF_FREE);
+    p->going = p->free + LINE(SIZE_OF_FREE);
+    p->led = p->going + LINE(SIZE_OF_GOING);
+    p->rows = p->led + LINE(SIZE_OF_JOINTS);
     p->faults = p->rows + LINE(head->samples * n * (n + 3) * number);
     p->work = p->faults + LINE(n * sizeof(ftqp_fault));
     p->bytes = p->work + LINE((NUMBERS + 2 * n) * number);
@@ -290,6 +295,7 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     Inputs own;
     copy_inputs(p, &own, q, v, NULL);
     p->status = FTQP_NOT_RESET;
+    *(int64_t *)part(p, p->going + GOING_TICKS) = -1; /* no motion goes on over a reset */
     if (p->table_bytes) ftqp_begin(p);
     const int64_t begun = KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(own.q), AT(own.v));
     p->noticed = findings(p);
@@ -458,6 +464,44 @@ int ftqp_speed(ftqp *p, double share) {
     return 0;
 }
 
+/* Whether nothing is kept that a straight way to a posture might come too near to. */
+static int may_go(const ftqp *p) { return !whole(p, p->record, SCENE_PAIRS) && !whole(p, p->record, KEEPS_ASKED); }
+
+/* Whether a posture was given. */
+static int has_goal(const ftqp *p) { return *(const double *)part(p, p->going + GOING_TOLERANCE) > 0.0; }
+
+int ftqp_go_to(ftqp *p, const double *q) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (q == NULL) return FTQP_NULL;
+    if (!may_go(p)) return FTQP_UNSUPPORTED;
+    const double *q_min = part(p, p->given + GIVEN_Q_MIN), *q_max = part(p, p->given + GIVEN_Q_MAX);
+    for (int i = 0; i < p->joints; i++)
+        if (!(isfinite(q[i]) && q[i] >= q_min[i] && q[i] <= q_max[i])) return FTQP_NO_POSTURE;
+    Inputs own;
+    copy_inputs(p, &own, q, NULL, NULL);
+    KERNEL(begin_going)
+    (AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->going)), AT(part(p, p->led)), AT(own.q));
+    return 0;
+}
+
+int ftqp_go(ftqp *p, const double *q, const double *v) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (q == NULL) return FTQP_NULL;
+    if (!has_goal(p)) return FTQP_NO_GOAL;
+    Inputs own;
+    copy_inputs(p, &own, q, v, NULL);
+    return responded(p, KERNEL(deployed_go)(AT(part(p, p->record)), AT(part(p, p->arm)), AT(part(p, p->going)),
+                                            AT(part(p, p->led)), AT(own.q), AT(own.v)));
+}
+
+int ftqp_arrived(const ftqp *p) {
+    const int code = is_open(p);
+    if (code) return code;
+    return has_goal(p) ? (int)whole(p, p->going, GOING_STATE) : FTQP_NO_GOAL;
+}
+
 int ftqp_follow(ftqp *p, const double *q, const double *v, int ticks) {
     const int code = is_open(p);
     if (code) return code;
@@ -557,7 +601,7 @@ int ftqp_has(const ftqp *p, int what) {
         case FTQP_HAS_THINGS: return whole(p, p->record, SCENE_OBSTACLES) != 0;
         case FTQP_HAS_MASSES: return whole(p, p->record, CHAIN_HAS_INERTIA) != 0;
         case FTQP_HAS_FREE_JOINTS: return whole(p, p->given, GIVEN_MAY_SWING) != 0;
-        case FTQP_HAS_GOALS: return 0;
+        case FTQP_HAS_GOALS: return may_go(p);
         default: return FTQP_UNSUPPORTED;
     }
 }
@@ -774,6 +818,8 @@ const char *ftqp_status_name(int status) {
         case FTQP_BAD_WEIGHT: return "the weight is below 0 or not finite, or, on level 0, neither 0 nor 1";
         case FTQP_NOT_FREE: return "that joint is not believed to swing freely; report it as locked if it stands";
         case FTQP_PROCESSOR: return "this processor lacks instructions that the library uses; build it for a lower class, --cpu";
+        case FTQP_NO_POSTURE: return "a posture is not finite, or puts a joint outside its range in arm.h";
+        case FTQP_NO_GOAL: return "no posture was given to go to; call ftqp_go_to before ftqp_go";
         case FTQP_UNSUPPORTED: return "this build, or this arm, does not have that; see bill.json";
         case FTQP_INTERNAL: return "compiled code has failed, which is a defect of ftqp; please report it";
         default: return "no status of ftqp";

@@ -70,6 +70,8 @@ enum {
     FTQP_BAD_WEIGHT = -41, /* a weight is below 0, or of a task on level 0 neither 0 nor 1 */
     FTQP_NOT_FREE = -42,   /* a joint whose brake shall close is not believed to swing freely */
     FTQP_PROCESSOR = -43,  /* the library was built for a processor with more instructions */
+    FTQP_NO_POSTURE = -44, /* a posture is not finite, or puts a joint outside its range */
+    FTQP_NO_GOAL = -45,    /* ftqp_go was called before ftqp_go_to */
     FTQP_INTERNAL = -999   /* a defect of ftqp */
 };
 
@@ -151,7 +153,15 @@ enum {
     FTQP_HAS_THINGS = 4,      /* things in its scene that can be moved */
     FTQP_HAS_MASSES = 5,      /* ftqp_tau, ftqp_carry */
     FTQP_HAS_FREE_JOINTS = 6, /* faults of kind FTQP_FREE_SWINGING */
-    FTQP_HAS_GOALS = 7        /* searches for ways to a goal, as ftqp.GoTo has them in Python: no library has them yet */
+    FTQP_HAS_GOALS = 7        /* ftqp_go_to: postures, gone to straight. No library looks for ways round, as ftqp.GoTo does */
+};
+
+/* Where an arm stands on its way to a posture. */
+enum {
+    FTQP_MOVING = 0,      /* the arm is on its way */
+    FTQP_REACHED = 1,     /* it rests at its goal */
+    FTQP_UNREACHABLE = 2, /* it rests as near as it gets: a joint that has failed or is too weak is elsewhere */
+    FTQP_HALTED = 3       /* a stop is latched; it goes on after ftqp_resume */
 };
 
 /* How many bytes a planner from this file needs, into *need: 0, or a mistake. */
@@ -199,6 +209,19 @@ int ftqp_stop(ftqp *p);
 
 /* Go on from where the arm is: 1, or 0 while a lost sensor or the arm's brake forbids it, which needs ftqp_reset. */
 int ftqp_resume(ftqp *p);
+
+/* Go to a posture from the next ftqp_go on, n numbers within the joints' ranges, with limited jerk and as fast as the
+   limits allow that are believed. Other joints go on when one fails, to arrive and rest there.
+   FTQP_UNSUPPORTED where distances, points or axes are kept: the straight way need not be free. */
+int ftqp_go_to(ftqp *p, const double *q);
+
+/* The command for the next period on the way to the posture: a status, or a mistake; q and v as of ftqp_step. A period
+   that is missed makes the motion later, and never jumps. An arm that does not come to rest is stopped. */
+int ftqp_go(ftqp *p, const double *q, const double *v);
+
+/* Where the arm stands on its way, as it was measured for the last ftqp_go: FTQP_MOVING and others, or a mistake.
+   Joints that are within 1 mrad or 1 mm of their goal have reached it. */
+int ftqp_arrived(const ftqp *p);
 
 /* How fast the path is led, in (0, 1] of its own speed; FTQP_UNSUPPORTED in builds without one. */
 int ftqp_speed(ftqp *p, double share);

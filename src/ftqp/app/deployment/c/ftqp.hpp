@@ -91,6 +91,12 @@ public:
     void speed(double share) { check(ftqp_speed(get(), share)); }
     double progress() const noexcept { return ftqp_progress(get()); }
 
+    // To a posture: FTQP_MOVING and others say where the arm stands on its way.
+    template <class Q> void go_to(const Q &goal) { check(ftqp_go_to(get(), data(goal))); }
+    template <class Q> Status go(const Q &q) { return status(ftqp_go(get(), data(q), nullptr)); }
+    template <class Q, class V> Status go(const Q &q, const V &v) { return status(ftqp_go(get(), data(q), data(v))); }
+    int arrived() const { return checked(ftqp_arrived(get())); }
+
     void report(const ftqp_fault &fault) { check(ftqp_report(get(), &fault)); }
     int believed(int joint) const { return checked(ftqp_believed(get(), joint)); }
     void withdraw(int joint) { check(ftqp_withdraw(get(), joint)); }

@@ -9,10 +9,10 @@ from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.ways.ways import Ways
-from ftqp.control.references.jerk_limit import RISE_TIME, Motion, State
+from ftqp.control.references.jerk_limit import Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import FALLBACK, INVALID_INPUT, STOPPED, STOPPING
-from ftqp.kernel.layout.thresholds import AT_REST
+from ftqp.kernel.layout.thresholds import AT_REST, RISE_TIME
 from ftqp.kernel.layout.ways_room import WayStage
 from ftqp.model.robot import Robot
 

@@ -7,14 +7,13 @@ import numpy as np
 
 from ftqp.control.inverse_kinematics.motion_validity import HELD
 from ftqp.control.inverse_kinematics.posture_search import goal_pose, task_rows
-from ftqp.control.planner.joint_motion import LEAST_ACCELERATION
-from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.control.references.tip_reference import TipLimits
 from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import rotation_exp, rotation_vector, transform
 from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met, WaySession
 from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.thresholds import LEAST_ACCELERATION, RISE_TIME
 from ftqp.kernel.layout.ways_room import WayStage
 
 STARTS: Final = 600

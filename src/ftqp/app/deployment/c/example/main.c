@@ -1,4 +1,5 @@
-/* The end effector goes along a line while a joint locks half-way; the arm follows its commands exactly. */
+/* The end effector goes along a line while a joint locks half-way; then the others go home, as far as ftqp_go_to serves
+   the arm. It follows its commands exactly. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -78,6 +79,18 @@ int main(int count, char **arguments) {
            LOCKED < FTQP_ARM_JOINTS ? ftqp_arm_joints[LOCKED] : "no joint");
     for (int status = 0; status <= FTQP_HELD; status++)
         if (counts[status]) printf("%6d  %s\n", counts[status], ftqp_status_name(status));
+    if (ftqp_has(p, FTQP_HAS_GOALS)) {
+        int periods = 0;
+        code = ftqp_go_to(p, ftqp_arm_neutral);
+        if (code) return failed("ftqp_go_to", code);
+        do {
+            code = ftqp_go(p, q, NULL);
+            if (code < 0) return failed("ftqp_go", code);
+            memcpy(q, ftqp_q(p), sizeof q);
+        } while (ftqp_arrived(p) == FTQP_MOVING && ++periods < STEPS * 10);
+        printf("home after %.2f s, %s\n", FTQP_ARM_DT * periods,
+               ftqp_arrived(p) == FTQP_REACHED ? "all joints" : "but for joints that have failed");
+    }
     free(p);
     return EXIT_SUCCESS;
 }

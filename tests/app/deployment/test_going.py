@@ -1,0 +1,174 @@
+"""A posture is gone to in C as by ``ftqp.GoTo`` in Python, bit by bit, whatever fails on the way."""
+
+import ctypes
+
+import numpy as np
+import pytest
+from tests.app.deployment.test_demo_episode import SIGNALS
+from tests.app.deployment.test_library import Library, fault_of, numbers
+
+import ftqp
+from ftqp.app.deployment.arm_file import arm_file
+
+pytestmark = pytest.mark.long
+PANDA = ftqp.robots.load("panda")
+HOME = PANDA.neutral
+AWAY = HOME + np.array([0.5, -0.3, 0.4, 0.3, -0.5, 0.6, 0.3])
+STATUSES = list(ftqp.GoToStatus)
+LOCKED, WEAK = 1, 3
+
+
+class Both:
+    """A planner on its way to a posture in Python and in C, and the arm that both command."""
+
+    def __init__(self, built, goal, lag=0.0, robot=PANDA, **settings):
+        self.planner = ftqp.Planner(robot, **settings)
+        self.arm = Library(built, arm_file(self.planner.deployable(), robot.nv))
+        for name in SIGNALS:
+            getattr(self.arm.code, f"ftqp_{name}").restype = ctypes.POINTER(ctypes.c_double)
+        self.planner.reset(robot.neutral)
+        assert self.arm.open() == 0 and self.arm.reset(robot.neutral) == 0
+        self.goto = ftqp.GoTo(self.planner, q=goal)
+        assert self.arm.call("go_to", numbers(goal)) == 0
+        self.q, self.lag, self.steps = robot.neutral.copy(), lag, 0
+
+    def step(self, stuck=None):
+        step = self.goto.step(self.q)
+        assert self.arm.call("go", numbers(self.q), None) == step.code, self.steps
+        for name in SIGNALS:
+            sent = np.ctypeslib.as_array(self.arm.call(name), self.q.shape)
+            np.testing.assert_array_equal(sent, getattr(step, name), err_msg=f"{name} in step {self.steps}")
+        assert STATUSES[self.arm.call("arrived")] is self.goto.status, self.steps
+        before = self.q.copy()
+        self.q = step.q + self.lag * (self.q - step.q)
+        if stuck is not None:
+            self.q[stuck] = before[stuck]
+        self.steps += 1
+        return step
+
+    def go(self, most=6000, each=lambda k: None, stuck=lambda k: None):
+        for k in range(most):
+            each(k)
+            self.step(stuck(k))
+            if self.goto.done:
+                break
+        return self.goto.status
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.95])
+def test_a_posture_is_reached_as_in_python_with_a_lock_half_way(built, level, lag):
+    both = Both(built, AWAY, lag, level=level)
+
+    def fail(k):
+        if k == 250:
+            both.planner.report(ftqp.Locked(3))
+            assert both.arm.call("report", fault_of(3, LOCKED)) == 0
+
+    assert both.go(each=fail) is ftqp.GoToStatus.UNREACHABLE
+    others = [i for i in range(7) if i != 3]
+    assert np.abs(both.q - AWAY)[others].max() < 1e-3 < abs(both.q - AWAY)[3]
+
+
+def test_a_healthy_arm_reaches_its_posture_and_goes_back(built, level):
+    both = Both(built, AWAY, level=level)
+    assert both.go() is ftqp.GoToStatus.REACHED
+    both.goto = ftqp.GoTo(both.planner, q=HOME)
+    assert both.arm.call("go_to", numbers(HOME)) == 0
+    assert both.go() is ftqp.GoToStatus.REACHED and np.abs(both.q - HOME).max() <= 1e-6
+
+
+def test_a_joint_that_sticks_unannounced_is_found_and_the_others_arrive(built):
+    both = Both(built, AWAY, 0.95)
+    place = {}
+
+    def stuck(k):
+        place.setdefault("q", both.q.copy() if k == 250 else None)
+        return 3 if k >= 250 else None
+
+    assert both.go(stuck=stuck) is ftqp.GoToStatus.UNREACHABLE
+    assert set(both.planner.faults) == {"panda_joint4"} and both.arm.call("believed", 3) == LOCKED
+
+
+ROBOTS = ("iiwa14", {}), ("xarm7", {}), ("modular11", {}), ("planar", {"count": 3}), ("planar", {"count": 12})
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize(("name", "options"), ROBOTS)
+def test_arms_of_all_kinds_go_anywhere_as_in_python_whatever_fails(built, name, options, seed):
+    rng, robot = np.random.default_rng(seed), ftqp.robots.load(name, **options)
+    low = np.maximum(robot.limits.q_min, robot.neutral - 2.0)
+    high = np.minimum(robot.limits.q_max, robot.neutral + 2.0)
+    level, at = ("acceleration", "velocity")[seed % 2], int(rng.integers(600))
+    both = Both(built, rng.uniform(low, high), rng.choice([0.0, 0.9]), robot, level=level)
+
+    def change(k):
+        joint = int(rng.integers(robot.nv))
+        if k == at:
+            both.planner.report(ftqp.Locked(joint))
+            assert both.arm.call("report", fault_of(joint, LOCKED)) == 0
+        if k in (at + 300, at + 500):  # to another goal, and then from a motion along its way back
+            goal = rng.uniform(low, high)
+            both.goto = ftqp.GoTo(both.planner, q=goal)
+            assert both.arm.call("go_to", numbers(goal)) == 0
+
+    both.go(4000, change)
+    assert both.steps > at
+
+
+def test_a_motor_that_is_too_weak_ends_the_way_sooner(built):
+    both = Both(built, HOME + np.array([0.0, 1.2, 0.0, 1.2, 0.0, 0.0, 0.0]))
+
+    def weaken(k):
+        if k == 100:
+            both.planner.report(ftqp.Degraded(1, torque=0.45))
+            assert both.arm.call("report", fault_of(1, WEAK, torque=0.45)) == 0
+
+    assert both.go(9000, weaken) is ftqp.GoToStatus.UNREACHABLE
+    assert "panda_joint2 is too weak to hold the arm farther on" in both.goto.sentence
+
+
+def test_a_stop_halts_the_way_and_resume_lets_it_go_on(built):
+    both = Both(built, AWAY)
+
+    def order(k):
+        if k in (200, 900):
+            what = "stop" if k == 200 else "resume"
+            getattr(both.planner, what)()
+            assert both.arm.call(what) in (0, 1)
+        if k == 800:
+            assert both.goto.status is ftqp.GoToStatus.HALTED
+
+    for k in range(4000):
+        order(k)
+        both.step()
+        if both.goto.status is ftqp.GoToStatus.REACHED:
+            break
+    assert both.goto.status is ftqp.GoToStatus.REACHED and both.steps > 900
+
+
+def test_no_motion_goes_on_over_a_reset(built):
+    both = Both(built, AWAY)
+    for _ in range(100):
+        both.step()
+    assert both.arm.reset(HOME) == 0
+    for _ in range(100):
+        assert both.arm.step(HOME) == 0
+    assert both.arm.call("go", numbers(HOME), None) == 0
+    assert np.abs(np.ctypeslib.as_array(both.arm.call("q"), (7,)) - HOME).max() < 1e-5
+
+
+def test_what_makes_no_posture_or_cannot_be_gone_to_is_answered_by_a_number(built):
+    planner = ftqp.Planner(PANDA)
+    arm = Library(built, arm_file(planner.deployable(), 7))
+    assert arm.open() == 0
+    assert arm.call("go", numbers(HOME), None) == arm.call("arrived") == -45
+    for q in (HOME + 4.0, np.full(7, np.nan)):
+        assert arm.call("go_to", numbers(q)) == -44
+    assert arm.call("go_to", None) == -20 and arm.call("has", 7) == 1
+    assert arm.call("go_to", numbers(AWAY)) == 0 and arm.call("arrived") == 0
+    assert arm.call("go", numbers(HOME), None) == -3 and arm.call("go", None, None) == -20
+    scene = ftqp.Scene()
+    scene.add("ball", ftqp.Sphere(radius=0.05, place=np.array([1.0, 0.0, 0.5])))
+    kept = Library(built, arm_file(ftqp.Planner(PANDA, scene=scene).deployable(), 7))
+    assert kept.open() == 0 and kept.call("has", 7) == 0
+    assert kept.call("go_to", numbers(AWAY)) == -34
