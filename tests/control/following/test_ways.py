@@ -68,6 +68,27 @@ def test_slices_of_any_size_give_the_same_way_bit_for_bit(goal):
     assert all(np.array_equal(motions[0], motion) for motion in motions[1:])
 
 
+def test_joints_that_move_both_bodies_of_a_pair_do_not_count_in_the_proof_of_an_edge():
+    planner = ftqp.Planner(PANDA, DT, clearance=ftqp.Clearance(keep=2e-3, stop=0.0))
+    planner.reset(LEFT)
+    assert least(planner, [LEFT]) < 0.01  # of links 5 and 7
+    for joints in ([0], [0, 1], [0, 1, 2, 3, 4]):
+        ways = Ways(planner, LEFT, goals=[LEFT + 0.3 * np.isin(np.arange(7), joints)])
+        assert ways.has_way and ways.looks < 50
+
+
+def test_edges_that_are_proven_are_clear_everywhere_by_three_quarters_of_what_is_kept():
+    planner, _ = walled(clearance=ftqp.Clearance(keep=1e-2, stop=0.0))
+    random, free, near = np.random.default_rng(7), 0, np.inf
+    while free < 40:
+        goal = np.clip(LEFT + random.uniform(-0.8, 0.8, 7), PANDA.limits.q_min, PANDA.limits.q_max)
+        ways = Ways(planner, LEFT, goals=[goal])
+        if ways.goes_straight:
+            free += 1
+            near = min(near, least(planner, np.linspace(LEFT, goal, 300)))
+    assert 0.75e-2 - 1e-4 < near < 1.5e-2
+
+
 def test_motion_begins_and_ends_at_rest_within_speed_acceleration_and_jerk():
     planner, _ = walled()
     ways = thought(planner, goals=[RIGHT])

@@ -92,10 +92,12 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     ball_allow  f8[CAPSULES]  the same of a body and the balls of a cloud
     is_body  i8[CAPSULES]  a capsule is in a pair
     sees_balls  i8[CAPSULES]  a body keeps clear of the balls
-    lever  f8[CAPSULES,N]  how far any point of a body goes with a joint at most
-    keep_lever  f8[KEEPS,N]  the same of what is kept
-    moved  f8[CAPSULES]  how far each may have gone in the stretch that is looked at
-    keep_moved  f8[KEEPS]
+    apart  i8[PAIRS,2]  the first joint that moves the one of its bodies and not the other, -1 none
+    way  f8[N]  how far each joint goes from where the arm is looked at
+    goes  f8[CAPSULES,N]  how far each body goes by the joints from each one on at most
+    moved  f8[CAPSULES]  and by all of them
+    keep_moved  f8[KEEPS]  the same of what is kept
+    most_moved  f8  the most of ``moved``
     middle  f8[CAPSULES,3]
     girth  f8[CAPSULES]  half the length of a capsule, and its radius
     around  f8[OBSTACLES,3]  half the edges along W of a box around each
