@@ -194,6 +194,29 @@ def test_goal_inside_an_obstacle_names_it_and_the_arm_stays_clear():
     assert least(planner, [step.q for step in steps]) > 0.5 * 0.02
 
 
+def test_goal_pose_inside_an_obstacle_names_the_body_and_the_arm_goes_as_near_as_it_gets():
+    planner, _ = walled()
+    inside = np.array([0.0, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8])
+    goto = ftqp.GoTo(planner, pose=PANDA.pose(inside))
+    rows, _, _, jerk = commands(goto)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and jerk.max() <= 1.02
+    assert "starts is clear: most often panda_link3 is nearer than 20 mm to wall" in goto.sentence
+    assert np.abs(PANDA.pose(rows[-1])[1, 3]) < 0.2 and least(planner, rows) > 0.5 * 0.02
+
+
+@pytest.mark.parametrize("goal, locked", [(moved(0.6, 0.5), []), (moved(-0.2, 0.2, 0.3), [3, 5])])
+def test_goal_without_a_posture_is_neared_by_one_motion_within_acceleration_and_jerk(goal, locked):
+    planner, _ = walled()
+    for joint in locked:
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    goto = ftqp.GoTo(planner, pose=goal)
+    rows, v, a, jerk = commands(goto)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and goto.position_error > 0.01
+    assert goto.sentence.endswith("no posture was found in 600 starts")
+    assert v.max() <= 1.0 and a.max() <= 0.99 + 1e-6 and jerk.max() <= 1.02
+    assert (np.abs(rows[-1] - LEFT) > 0.01).any() and least(planner, rows) > 0.5 * 0.02
+
+
 def test_goals_out_of_range_and_goals_that_are_no_numbers_are_refused():
     planner, _ = walled()
     beyond = RIGHT.copy()

@@ -60,6 +60,11 @@ class WaySession:
         """Add a goal posture, (nv,); what stands in its way, and then it is none."""
         return self._said(self._bind("add_goal", np.ascontiguousarray(q))())
 
+    @property
+    def hindrance(self) -> Met | None:
+        """What stood in the way of postures of the goal most often, where none is clear."""
+        return self._said(int(self.W.hindered.argmax()))
+
     def go_along(self, places: FloatArray) -> None:
         """Let the way lead from the start through places, (k, nv)."""
         W = self.W

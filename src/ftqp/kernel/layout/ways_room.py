@@ -18,6 +18,9 @@ PLACES, POSES, PIECES, INTERVALS, STRETCHES = 512, 256, 1024, 4800, 128
 """The most places of a way, poses of a tube or a path, pieces of a rounded way, intervals in time, and
 stretches of an edge that are still to be looked at. Conventions, which size memory."""
 
+HINDRANCES = 5 * scene_room.PAIRS + 1
+"""Things that may stand in the way of a posture."""
+
 PROOF: Final = 0.5
 """The motion is proven with this share of what is kept at least: the mean leaves the way that was proven."""
 
@@ -51,6 +54,11 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     tree joining new last grown vain  i8  which tree grows, whether it joins, its last nodes
     places  i8  of the way
     count  i8[2]  nodes of the trees
+    hindered  i8[HINDRANCES]  how often each thing stood in the way of a posture of the goal, by what
+        ``obstruction`` says
+    nears  i8  0: only a posture of the goal will do, 1: a near one will, 2: it is the goal, 3: a near place
+    least left  f8  squared error of the nearest one and of the last start [m2]
+    best  f8[N]  the nearest posture
     has_goal  i8  the goal is a pose, whose postures are looked for
     has_axis  i8  of its orientation only the tool's z axis counts, as in the room ``study``
     goal_rows rows  i8  a bit for each of x, y, z, rx, ry, rz: of the goal, of the tube

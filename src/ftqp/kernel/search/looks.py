@@ -45,7 +45,7 @@ AT_LIMIT = 1e-9
 """Joints may be beyond their limits by this [rad or m]. Rounding."""
 LIMIT_MET, EFFORT_MET, KEEP_MET, BALL_MET = PAIRS, 2 * PAIRS, 3 * PAIRS, 4 * PAIRS
 """What ``obstruction`` adds to one more than the number of a joint, of what is kept and of a body."""
-TOO_WIDE = 5 * PAIRS
+TOO_WIDE = 5 * PAIRS  # the last of HINDRANCES
 """What stands for a stretch in which a body may go farther than ``WIDEST``."""
 BALLS_ARE = np.dtype(np.float64)
 

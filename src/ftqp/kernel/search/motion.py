@@ -398,6 +398,7 @@ def begin_search(K: Any, q: Any) -> int:
     """Begin at a posture: what stands in its way, see ``obstruction``."""
     W = K.ways
     W.stage, W.looks, W.starts, W.posed, W.clear, W.met = FOLLOWING if W.straight else GROWING, 0, 0, 0, 0, 0
+    W.hindered[:], W.least = 0, inf
     W.tree, W.joining, W.grown, W.places, W.share = 0, 0, 0, 0, 1.0
     W.count[0] = W.count[1] = 0
     for j in range(K.chain.n):
