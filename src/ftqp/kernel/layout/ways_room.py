@@ -56,8 +56,9 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     count  i8[2]  nodes of the trees
     hindered  i8[HINDRANCES]  how often each thing stood in the way of a posture of the goal, by what
         ``obstruction`` says
-    nears  i8  0: only a posture of the goal will do, 1: a near one will, 2: it is the goal, 3: a near place
-    least left  f8  squared error of the nearest one and of the last start [m2]
+    nears  i8  0: only a posture of the goal will do, 1: a near place will, which is looked for
+        2: from the start on, 3: as the nearest posture that was found, 4: from the trees on
+    least left  f8  squared error of the nearest posture, and of the last start or the last node [m2]
     best  f8[N]  the nearest posture
     has_goal  i8  the goal is a pose, whose postures are looked for
     has_axis  i8  of its orientation only the tool's z axis counts, as in the room ``study``

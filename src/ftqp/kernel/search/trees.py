@@ -45,9 +45,9 @@ CAPPED = 0.05
 """An edge that was given up may stand for so much of itself or more. A guess."""
 VAIN, LESS = 60, 0.99
 """Shortening ends after so many draws that have not brought the length below this share. Guesses."""
-NEARER, LITTLE = 100, 1e-3
-"""The nearest posture to a goal without any is led on by so many steps at most, each of which takes more than
-such a share of the squared error. Guesses."""
+NEARER, LITTLE = 300, 1e-3
+"""The arm goes on towards a goal without a posture until so many tries in turn have not taken such a share of
+the squared error. Guesses."""
 AS_NEAR = 20_000
 """So many looks are spent on a way there at most. A guess."""
 SAME = 1e-9
@@ -480,42 +480,48 @@ def _aim_near(K: Any) -> None:
             break
         W.least = s
         copy(W.best, W.drawn, K.chain.n)
-    W.nears, W.most = 2, min(W.most, W.looks + AS_NEAR)
+    W.nears, W.most, W.joining = 3, min(W.most, W.looks + AS_NEAR), 0
     add_goal(K, W.best)
 
 
 @part_jit
 def _begin_near(K: Any) -> None:
-    """Let the last node be that of the first tree which is nearest to the goal."""
+    """Let the last node be that of the first tree which is nearest to the goal, and go on from there."""
     W = K.ways
-    W.least, W.nears, W.vain = inf, 3, 0
+    W.left, W.nears, W.vain = inf, W.nears + 1, 0
     for k in range(W.count[0]):
         s = _distance_squared(K, node_of(K, 0, k))
-        if s < W.least:
-            W.least, W.last = s, k
+        if s < W.left:
+            W.left, W.last = s, k
 
 
 @part_jit
 def _lead_near(K: Any) -> None:
-    """One try to go on from the last node to a nearer place, every second one drawn about it.
+    """One try to go on from the last node to a nearer place, by a Newton step, a draw, or both.
 
-    Each one in vain makes the next one smaller, and the way ends where many were.
+    Each one in vain makes the next one smaller, and the way ends where many were, unless a posture that was
+    found is nearer still.
     """
     W, q = K.ways, K.ways.drawn
-    if W.vain >= VAIN or is_full(K):
-        lead_to(K, W.last)
+    if W.vain >= NEARER or is_full(K):
+        if W.nears == 2 and W.least < (1.0 - LITTLE) * W.left:
+            _aim_near(K)
+        else:
+            lead_to(K, W.last)
         return
-    a, longest = node_of(K, 0, W.last), LONGEST * 2.0 ** (-W.vain / WIDER)
-    spread = 0.5 * longest if W.vain % 2 else 0.0
+    a, longest = node_of(K, 0, W.last), LONGEST * 2.0 ** (-(W.vain % VAIN) / WIDER)
+    kind = W.vain % 3
+    spread = 0.5 * longest if kind > 0 else 0.0
     W.vain += 1
     for j in range(K.chain.n):
         x = chance(W)
         q[j] = min(max(a[j] + spread * (2.0 * x - 1.0), W.low[j]), W.high[j]) if W.free[j] else a[j]
-    _come_nearer(K, q, longest)
+    if kind < 2:
+        _come_nearer(K, q, longest)
     if step_towards(K, a, q, W.end):
         s = _distance_squared(K, W.end)
-        if s < (1.0 - LITTLE) * W.least:
-            W.least, W.vain, W.last = s, 0, add_node(K, 0, W.end, W.last)
+        if s < (1.0 - LITTLE) * W.left:
+            W.left, W.vain, W.last = s, 0, add_node(K, 0, W.end, W.last)
 
 
 @jit
@@ -582,7 +588,7 @@ def follow_line(K: Any) -> None:
 def grow(K: Any) -> None:
     """One piece of a search: a start, an edge of one tree, or of the other one towards it."""
     W = K.ways
-    if W.nears == 3:
+    if W.nears == 2 or W.nears == 4:
         _lead_near(K)
         return
     is_due = W.count[1] == 0 or W.grown >= PER_START * (W.starts - PER_START)
@@ -592,11 +598,8 @@ def grow(K: Any) -> None:
             W.hindered[met] += 1
             W.clear += 1 if met == 0 else 0
         return
-    if W.count[1] == 0 and W.nears == 1 and W.least < inf:
-        _aim_near(K)
-        return
     if W.count[1] == 0 or W.looks >= W.most or is_full(K):
-        if W.nears and W.clear == 0:
+        if W.nears > 0 and W.clear == 0:
             _begin_near(K)
         else:
             W.stage = NO_WAY
