@@ -187,12 +187,13 @@ class Trial:
         there = (
             np.linalg.norm(off[:3]) < 1.01 * TOLERANCES[0] and np.linalg.norm(off[3:]) < 1.01 * TOLERANCES[1]
         )
+        jerk = np.abs(np.diff(rows, n=3, axis=0)) / dt**3 / (self.robot.limits.a_max / RISE)
         row = {
             "reached": said, "false": said and not there, "moved": moved > 1e-9,
             "least": self.judge.least(self.things, rows[:: max(1, round(0.02 / dt))]),
             "time": len(rows) * dt, "longest": longest, "sentence": motion.sentence,
             "stood": rows[stood or 0],
-            "jerk": (np.abs(np.diff(rows, n=3, axis=0)) / dt**3 / (self.robot.limits.a_max / RISE)).max(),
+            "jerk": np.delete(jerk, lock[:1], axis=1).max(),
         }  # fmt: skip
         return row, rows
 

@@ -47,6 +47,18 @@ def operated(twist, last, every=10):
     return lambda k: ftqp.Target(twist=twist, stamp=min(k, last) // every)
 
 
+def test_target_behind_a_wall_is_waited_for_with_one_status_as_long_as_nothing_changes():
+    scene = ftqp.Scene()
+    scene.add("wall", ftqp.HalfSpace((START[0, 3] + 0.15, 0.0, 0.0), (-1.0, 0.0, 0.0)))
+    follower = follower_of(scene=scene)
+    steps, _, statuses = run(follower, lambda k: ftqp.Target(pose=moved(0.4, 0.0, 0.0)), 4.0)
+    first = statuses.index(ftqp.TargetStatus.WAITING)
+    assert first < len(statuses) // 2 and np.abs(steps[-1].v).max() < 0.01
+    assert set(statuses[first:]) == {ftqp.TargetStatus.WAITING}
+    _, _, statuses = run(follower, lambda k: ftqp.Target(pose=START), 2.0, steps[-1].q, steps[-1].v)
+    assert statuses[-1] is ftqp.TargetStatus.FOLLOWING
+
+
 @pytest.mark.long
 def test_target_that_jumps_half_a_metre_is_followed_within_the_limits(level):
     """Without the limiter the emergency stop takes such a jump for a fault."""

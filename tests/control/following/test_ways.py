@@ -68,6 +68,27 @@ def test_slices_of_any_size_give_the_same_way_bit_for_bit(goal):
     assert all(np.array_equal(motions[0], motion) for motion in motions[1:])
 
 
+def test_joints_that_move_both_bodies_of_a_pair_do_not_count_in_the_proof_of_an_edge():
+    planner = ftqp.Planner(PANDA, DT, clearance=ftqp.Clearance(keep=2e-3, stop=0.0))
+    planner.reset(LEFT)
+    assert least(planner, [LEFT]) < 0.01  # of links 5 and 7
+    for joints in ([0], [0, 1], [0, 1, 2, 3, 4]):
+        ways = Ways(planner, LEFT, goals=[LEFT + 0.3 * np.isin(np.arange(7), joints)])
+        assert ways.has_way and ways.looks < 50
+
+
+def test_edges_that_are_proven_are_clear_everywhere_by_three_quarters_of_what_is_kept():
+    planner, _ = walled(clearance=ftqp.Clearance(keep=1e-2, stop=0.0))
+    random, free, near = np.random.default_rng(7), 0, np.inf
+    while free < 40:
+        goal = np.clip(LEFT + random.uniform(-0.8, 0.8, 7), PANDA.limits.q_min, PANDA.limits.q_max)
+        ways = Ways(planner, LEFT, goals=[goal])
+        if ways.goes_straight:
+            free += 1
+            near = min(near, least(planner, np.linspace(LEFT, goal, 300)))
+    assert 0.75e-2 - 1e-4 < near < 1.5e-2
+
+
 def test_motion_begins_and_ends_at_rest_within_speed_acceleration_and_jerk():
     planner, _ = walled()
     ways = thought(planner, goals=[RIGHT])
@@ -171,6 +192,29 @@ def test_goal_inside_an_obstacle_names_it_and_the_arm_stays_clear():
     assert goto.status is ftqp.GoToStatus.UNREACHABLE
     assert "nearer than 20 mm to wall" in goto.sentence
     assert least(planner, [step.q for step in steps]) > 0.5 * 0.02
+
+
+def test_goal_pose_inside_an_obstacle_names_the_body_and_the_arm_goes_as_near_as_it_gets():
+    planner, _ = walled()
+    inside = np.array([0.0, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8])
+    goto = ftqp.GoTo(planner, pose=PANDA.pose(inside))
+    rows, _, _, jerk = commands(goto)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and jerk.max() <= 1.02
+    assert "starts is clear: most often panda_link3 is nearer than 20 mm to wall" in goto.sentence
+    assert np.abs(PANDA.pose(rows[-1])[1, 3]) < 0.2 and least(planner, rows) > 0.5 * 0.02
+
+
+@pytest.mark.parametrize("goal, locked", [(moved(0.6, 0.5), []), (moved(-0.2, 0.2, 0.3), [3, 5])])
+def test_goal_without_a_posture_is_neared_by_one_motion_within_acceleration_and_jerk(goal, locked):
+    planner, _ = walled()
+    for joint in locked:
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    goto = ftqp.GoTo(planner, pose=goal)
+    rows, v, a, jerk = commands(goto)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and goto.position_error > 0.01
+    assert goto.sentence.endswith("no posture was found in 600 starts")
+    assert v.max() <= 1.0 and a.max() <= 0.99 + 1e-6 and jerk.max() <= 1.02
+    assert (np.abs(rows[-1] - LEFT) > 0.01).any() and least(planner, rows) > 0.5 * 0.02
 
 
 def test_goals_out_of_range_and_goals_that_are_no_numbers_are_refused():

@@ -1,7 +1,6 @@
 """The verdict on a path that does not go on, in directions and joints."""
 
-from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.layout.rows import COMPONENTS, ROW_KINDS
 
 SINGULAR = 0.03
@@ -23,18 +22,6 @@ ALONG_ONE = 0.98
 for a sentence to an operator: a convention."""
 LASTING = ("position", *(kind.name for kind in ROW_KINDS))
 """Limits of these kinds are named as what holds a joint."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Facts:
-    """What the verdict is made from, copied when it falls."""
-
-    A: FloatArray
-    tangent: FloatArray
-    rows: tuple[str, ...]
-    at_limit: dict[str, str]
-    failed: dict[str, str]
-    free: Any
 
 
 @final
@@ -68,21 +55,22 @@ class Blockage:
                 at_limit[joint] = kind
         stuck = [j in at_limit and "position" in at_limit[j] for j in planner.robot.joints]
         self.progress, self.duration, self._searched = progress, duration, searched
-        self._facts = _Facts(
-            A=A / lead.length,
-            tangent=np.array(target.twist[components]) * scale,
-            rows=tuple(COMPONENTS[c] for c in components),
-            at_limit=at_limit,
-            failed={name: fault.kind.replace("_", "-") for name, fault in planner.faults.items()},
-            free=lead.working & ~np.array(stuck, dtype=np.bool_),
-        )
+        self._A, self._rows = A / lead.length, tuple(COMPONENTS[c] for c in components)
+        self._tangent: FloatArray = target.twist[components] * scale
+        self._at_limit = at_limit
+        self._failed = {name: fault.kind.replace("_", "-") for name, fault in planner.faults.items()}
+        self._free: BoolArray = lead.working & ~np.array(stuck, dtype=np.bool_)
+
+    @property
+    def _along(self) -> FloatArray:
+        """The direction of the path."""
+        return self._tangent / max(float(np.linalg.norm(self._tangent)), 1e-300)
 
     @property
     def direction(self) -> FloatArray:
         """Unit vector over the task's rows, (m,), along which the path goes and the tip cannot."""
-        facts = self._facts
-        tangent = facts.tangent / max(float(np.linalg.norm(facts.tangent)), 1e-300)
-        U, sigma, _ = np.linalg.svd(facts.A[:, facts.free])
+        tangent = self._along
+        U, sigma, _ = np.linalg.svd(self._A[:, self._free])
         values = np.zeros(len(U))
         values[: len(sigma)] = sigma
         lost = U[:, values < SINGULAR]
@@ -93,16 +81,15 @@ class Blockage:
     @property
     def sentence(self) -> str:
         """The verdict in one sentence."""
-        facts = self._facts
-        ways = _named(self.direction, facts.rows)
-        wanted = _named(facts.tangent / max(float(np.linalg.norm(facts.tangent)), 1e-300), facts.rows)
-        causes = [f"{joint} ({kind})" for joint, kind in facts.failed.items()]
+        ways = _named(self.direction, self._rows)
+        wanted = _named(self._along, self._rows)
+        causes = [f"{joint} ({kind})" for joint, kind in self._failed.items()]
         causes += [
             f"{joint} ({kind} limit)"
-            for joint, kind in facts.at_limit.items()
-            if joint not in facts.failed and kind != NEAR
+            for joint, kind in self._at_limit.items()
+            if joint not in self._failed and kind != NEAR
         ]
-        near = [pair for pair, kind in facts.at_limit.items() if kind == NEAR]
+        near = [pair for pair, kind in self._at_limit.items() if kind == NEAR]
         pairs = [f"{pair} are as near as they may be" for pair in near]
         held = ", ".join([f"joints {', '.join(causes)}"] * bool(causes) + pairs) or "the posture is singular"
         if ways != wanted:

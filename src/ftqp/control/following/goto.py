@@ -6,34 +6,30 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.following.goto_status import (
-    HELD_BACK,
     ONLY_THE_TIP,
     ConvergenceMonitor,
     GoToStatus,
-    fastest,
     is_held,
     missed_by,
     missed_joints,
     posture_inside,
 )
 from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
-from ftqp.control.following.tip_tracker import TipTracker
+from ftqp.control.following.tip_tracker import HELD_BACK, TipTracker
 from ftqp.control.following.tracked_frame import FrameOfTip
-from ftqp.control.inverse_kinematics.posture_search import task_rows
 from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.way_out import WayOut
-from ftqp.control.planner.ways.ways import Ways
+from ftqp.control.planner.ways.ways import Ways, refusal
 from ftqp.control.references.tip_reference import TipLimits
 from ftqp.core.checks import FloatArray, frozen, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
-from ftqp.faults.kinds import FreeSwinging
 from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING, Going
 from ftqp.kernel.layout.thresholds import AT_REST, EXACT, PATIENCE, RESTLESS_PATIENCE, RISE_TIME
 from ftqp.kernel.layout.ways_room import WayStage
@@ -175,32 +171,16 @@ class GoTo:
         self._leg.begin()
         self._taken, self._looked_for = 0, ""
         self._ahead: Ways | None = None
-        self._refusal = None if self._asked is None else self._refused
+        self._refusal = None if self._asked is None else refusal(self._planner)
         planner = self._planner
         if self._asked is not None and not self._refusal and planner.avoids and not planner.tasks:
             self._leg = self._joints
-            self._joints.seek(None, straight=self._limits, **self._asked)
+            self._joints.seek(None, straight=self._limits, nears=True, **self._asked)
 
     def _wait_anew(self) -> None:
         """Wait for the arm to come nearer, from now on."""
         self._approach.begin()
         self._joints.wait_anew()
-
-    @property
-    def _refused(self) -> str:
-        """Why no way of the joints is looked for; empty where one is."""
-        planner = self._planner
-        if planner.robot.chain.floating or not planner.robot.is_serial:
-            return "arms with branches, and floating ones, go straight only"
-        if not self._view.working.any():
-            return "no joints work"
-        if any(isinstance(fault, FreeSwinging) for fault in planner.faults.values()):
-            return "a joint swings freely"
-        try:
-            task_rows(planner.robot, planner.kept_rows)
-        except InputError as error:
-            return str(error)
-        return ""
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -339,6 +319,8 @@ class GoTo:
             return f"the straight way {cannot}, and another one is looked for: {looks} looks so far"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
+        if leads_joints and joints.searched is not None and joints.only_nears:
+            return joints.searched.sentence
         if self._is_on_other_way and not goes_straight:
             return f"the joints go to another posture of the goal: way {self._taken} of at most {MAX_WAYS}"
         if self._looked_for:
@@ -376,7 +358,7 @@ class GoTo:
         if self._leg is not joints and self._cannot_go_straight() and self._goes_round():
             return
         commanded, measured = self._distances(step)
-        approach, speed = self._approach, fastest(self._view)
+        approach, speed = self._approach, self._view.pace
         approach.look(speed, measured <= 1.0)
         if commanded <= EXACT and speed < AT_REST and measured <= 1.0:
             self._rest(measured)
@@ -446,10 +428,11 @@ class GoTo:
 
     def _rest(self, measured: float) -> None:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
-        if self._is_on_other_way:
+        nears = self._leg is self._joints and self._joints.only_nears
+        if self._is_on_other_way and not nears:
             self._go_straight()
             return
-        there = measured <= 1.0 and self._aim is self._pose
+        there = measured <= 1.0 and self._aim is self._pose and not nears
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 
     def _end_swing(self, there: bool) -> None:

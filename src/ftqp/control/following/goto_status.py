@@ -11,15 +11,11 @@ from ftqp.control.planner.planner_view import PlannerView
 from ftqp.core.checks import FloatArray, perhaps_degrees
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.layout.thresholds import AT_REST, COMES_NEARER, SLOW_SHARE
+from ftqp.kernel.layout.thresholds import COMES_NEARER, SLOW_SHARE
 from ftqp.model.robot import Robot
 
 ONLY_THE_TIP = "the end effector is at its goal, while the scheme goes on moving the joints"
 """The sentence of a pose that is reached where the joints do not come to rest."""
-HELD_BACK = 0.5
-"""An arm that is more than this share of the leash behind its reference holds it back. A guess that
-`python benchmarks/peers_in_physics.py` has not contradicted: there creeping arms are 0.9 to 1.1 leashes
-behind, and those that follow less than 0.2."""
 
 
 class GoToStatus(Enum):
@@ -71,12 +67,6 @@ def is_held(view: PlannerView) -> bool:
         return True
     held = view.holding_torques(view.command.q[None])[0, working]
     return bool((np.abs(held) <= HELD * limit).all())
-
-
-def fastest(view: PlannerView) -> float:
-    """Largest speed of a joint that works, as a share of its limit."""
-    top = np.minimum(view.limits.v, 1.0 / AT_REST)
-    return float((np.abs(view.command.v) / top)[view.working].max(initial=0.0))
 
 
 def _in_brackets(fault: Any) -> str:

@@ -4,17 +4,15 @@ from typing import Any, Final, final
 
 import numpy as np
 
+from ftqp.control.following.tip_tracker import OFF_TASK
 from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.ways import Ways
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.ways_room import WayStage
 
-OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT, HELD)
-"""Codes of steps that are no part of the motion, which begins anew after them."""
 LOOKS_A_SECOND: Final = 50_000
 """Looks at postures for the time between two ticks [1/s], which take a sixth of a processor
 (``python benchmarks/ft_mbm.py``)."""
@@ -129,6 +127,11 @@ class JointTracker:
     def goes_straight(self) -> bool:
         """Whether the tip goes straight, as far as is known."""
         return "straight" in self._asked if self.searched is None else self.searched.goes_straight
+
+    @property
+    def only_nears(self) -> bool:
+        """Whether the joints go to the nearest posture of a goal that has no clear one."""
+        return self.searched is not None and self.searched.only_nears
 
     @property
     def looks(self) -> int:

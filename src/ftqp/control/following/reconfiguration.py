@@ -6,15 +6,13 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
-from ftqp.control.inverse_kinematics.posture_search import SAME, may_have, task_rows
+from ftqp.control.inverse_kinematics.posture_search import SAME, may_have
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.ways.ways import Ways
+from ftqp.control.planner.ways.ways import Ways, refusal
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError
-from ftqp.faults.kinds import FreeSwinging
 from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST, RISE_TIME
 from ftqp.kernel.layout.ways_room import WayStage
@@ -82,9 +80,7 @@ def fewer_rows_hold(
 
     Source: docs/theory/ways-out.md, "Fewer rows".
     """
-    if any(isinstance(fault, FreeSwinging) for fault in planner.faults.values()):
-        return 0
-    if planner.robot.chain.floating or not planner.robot.is_serial:
+    if refusal(planner, "position"):
         return 0
     view, looks = planner.view(), looks_per_tick(planner.dt)
     rest = rest_of(path, progress, view.limits.v)
@@ -238,26 +234,8 @@ class Reconfiguration:
         elif not joints.is_on_way:
             working = self._view.working
             off = float(np.abs(joints.way[working]).max(initial=0.0))
-            top = np.minimum(self._view.limits.v, 1.0 / AT_REST)
-            slow = bool((np.abs(self._view.command.v) <= AT_REST * top)[working].all())
-            self.done = slow and off <= ARRIVED
+            self.done = off <= ARRIVED and self._view.pace <= AT_REST
         return step
-
-    def _refusal(self) -> str:
-        """Why nothing is looked for; empty where something is."""
-        planner, works = self._planner, int(self._view.working.sum())
-        if planner.robot.chain.floating or not planner.robot.is_serial:
-            return "arms with branches, and floating ones, go straight only"
-        try:
-            rows = len(task_rows(planner.robot, planner.kept_rows)[0])
-        except InputError as error:
-            return str(error)
-        if self._leave == 0.0 and works <= rows:
-            return "no joint is left for a motion on the spot"
-        if works == 0:
-            return f"no joints work, and the goal has {rows} rows"
-        swings = any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
-        return "no other way was looked for: a joint swings freely" if swings else ""
 
     @property
     def _within(self) -> dict[str, Any]:
@@ -274,8 +252,8 @@ class Reconfiguration:
 
     def _search_steps(self) -> Iterator[None]:
         """All pieces of thinking."""
-        self._said = self._refusal()
-        if self._said:
+        if why := refusal(self._planner, stays=self._leave == 0.0):
+            self._said = f"no other way was looked for: {why}"
             return
         rest, count = self._rest, len(self._rest.poses) - 1
         if self._leave == 0.0:

@@ -140,7 +140,7 @@ class TargetFollower:
             step = self._led.step(q, v, pose=pose, twist=twist, tau=tau, tip=tip)
         if step.code in (STOPPING, STOPPED):
             self._status = TargetStatus.HALTED
-        elif self._led.on_leash and self._status is TargetStatus.FOLLOWING:
+        elif self._led.waits and self._status is TargetStatus.FOLLOWING:
             self._status = TargetStatus.WAITING
         return step
 

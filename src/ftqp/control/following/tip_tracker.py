@@ -4,7 +4,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.tracked_frame import FrameOfTask, FrameOfTip, TrackedFrame
+from ftqp.control.following.tracked_frame import FrameOfTask, FrameOfTip
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
@@ -20,10 +20,14 @@ LEASH = 0.02
 stop is never reached ..."""
 TURN_LEASH = 0.1
 """... and its rotation [rad] (docs/theory/ways-to-a-goal.md, "To a pose, or along a twist")."""
+HELD_BACK = 0.5
+"""An arm that is more than this share of the leash behind its reference holds it back. A guess that
+`python benchmarks/peers_in_physics.py` has not contradicted: there creeping arms are 0.9 to 1.1 leashes
+behind, and those that follow less than 0.2."""
 STANDING = 1e-3
 """A tip slower than this on its leash stands, and its target with it [m/s, rad/s]."""
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT, HELD)
-"""Codes of steps that do not attempt the task: the reference begins anew at the arm after them."""
+"""Codes of steps that do not attempt the task: who leads begins anew at the arm after them."""
 
 
 @final
@@ -32,6 +36,10 @@ class TipTracker:
 
     The reference begins where the command is and as fast. Where the tip stays behind by more than a leash,
     it is drawn back to the leash and is no faster than the tip, so that nothing winds up.
+
+    Attributes:
+        behind: How far the tip stays behind the reference [leashes].
+        waits: Whether the reference waits: since it was on its leash the tip has held it back.
     """
 
     def __init__(
@@ -40,12 +48,13 @@ class TipTracker:
         self.planner, self._whole = planner, whole
         self.view: PlannerView = planner.view()
         is_tip = task is None or task in (TIP, planner.robot.tip)
-        self.frame: TrackedFrame = (
+        self.frame: FrameOfTip | FrameOfTask = (
             FrameOfTip(planner, self.view) if is_tip else FrameOfTask(planner, self.view, str(task))
         )
         self.reference = TipReference(limits, planner.dt)
         self.on_leash = False
         self.behind = 0.0
+        self.waits = False
         self.target = Target(pose=np.eye(4))
         self.shown = target_on(seen(self.target.packed))
         self._begun = -1
@@ -53,6 +62,7 @@ class TipTracker:
     def begin(self) -> None:
         """Let the next step begin at the arm."""
         self._begun = -1
+        self.waits = False
         self.frame.begin()
 
     def step(
@@ -113,6 +123,7 @@ class TipTracker:
         position, rotation = self.frame.distances(step)
         self.behind = max(position / LEASH, rotation / TURN_LEASH)
         self.on_leash = self.behind > 1.0
+        self.waits = self.on_leash or (self.waits and self.behind > HELD_BACK)
         if self.on_leash:
             error = self.frame.error(step)
             now, twist = self.frame.state_at(self.view.command).twist, self.reference.twist.copy()

@@ -1,7 +1,7 @@
 """Whose frame is led: the tip's, by the target of a step, or that of another task, by its own target."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol, final
+from typing import Any, final
 
 import numpy as np
 
@@ -17,43 +17,18 @@ from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession
 
 
-class TrackedFrame(Protocol):
-    """What a reference leads."""
-
-    @property
-    def label(self) -> str:
-        """What it is called in sentences."""
-
-    def begin(self) -> None:
-        """Begin at the arm as it is now."""
-
-    def state_at(self, joints: JointState) -> TipState:
-        """The frame's motion with a motion of the joints."""
-
-    def step(self, q: Any, v: Any, target: Target, beside: Any, tau: Any, tip: Any) -> Step:
-        """A step of the planner with the frame's target, and what others are to do ``beside`` it."""
-
-    def error(self, step: Step) -> FloatArray:
-        """From the frame to its target along W, (6,): position [m], rotation vector [rad]."""
-
-    def distances(self, step: Step) -> tuple[float, float]:
-        """Position and rotation error over the rows that count [m, rad]."""
-
-    def holds(self, step: Step) -> bool:
-        """Whether the arm is held at rest beside a target out of reach."""
-
-
 @final
 class FrameOfTip:
-    """The tip, which every planner leads."""
+    """The tip, which every planner leads.
+
+    Attributes:
+        label: What it is called in sentences.
+    """
 
     def __init__(self, planner: Planner, view: PlannerView) -> None:
         self._planner, self._view = planner, view
 
-    @property
-    def label(self) -> str:
-        """The tip."""
-        return "the end effector"
+    label = "the end effector"
 
     def begin(self) -> None:
         """Nothing is remembered."""
@@ -88,10 +63,10 @@ class FrameOfTip:
 
 @final
 class FrameOfTask:
-    """The frame of a further task of a planner, ``PoseTask`` or ``PositionTask``."""
+    """The frame of a further task of a planner, ``PoseTask`` or ``PositionTask``; ``label`` is its name."""
 
     def __init__(self, planner: Planner, view: PlannerView, name: str) -> None:
-        self._planner, self._view, self._name = planner, view, name
+        self._planner, self._view, self.label = planner, view, name
         given = planner.tasks[name].given
         if not isinstance(given, PoseTask | PositionTask):
             raise InputError(
@@ -107,11 +82,6 @@ class FrameOfTask:
         self._counts = rows[:3], rows[3:]
         self._arm = ArmSession(robot.chain.constants())
         self._hold: Target | None = None
-
-    @property
-    def label(self) -> str:
-        """The name of the task."""
-        return self._name
 
     def begin(self) -> None:
         """Let the tip stay where it is, unless another target comes."""
@@ -134,12 +104,12 @@ class FrameOfTask:
             beside = {TIP: self._hold}
         elif not isinstance(beside, Mapping):
             beside = {TIP: beside}
-        return self._planner.step(q, v, {**beside, self._name: target}, tau=tau, tip=tip)
+        return self._planner.step(q, v, {**beside, self.label: target}, tau=tau, tip=tip)
 
     def error(self, step: Step) -> FloatArray:
         """From the frame to its target."""
         found = np.zeros(6)
-        error = step.tasks[self._name].error
+        error = step.tasks[self.label].error
         found[: len(error)] = error
         return found
 

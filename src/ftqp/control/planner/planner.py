@@ -154,6 +154,7 @@ class Planner:
         "_said",
         "_session",
         "_ticks",
+        "_view",
     )  # fmt: skip
     _begin: Callable[..., int] | None
     _inside: tuple[int, str, FrameType] | None
@@ -267,6 +268,7 @@ class Planner:
         self._ticks = Ticks(parts)
         self._at_rest = self._ticks.at_rest
         self._configuration = CurrentConfiguration(parts, self._let)
+        self._view = PlannerView(self._session, self.robot)
         if given.n_minus_one is not None:
             parts.refuse_looking_ahead(self._configuration.now.reserve)
 
@@ -327,7 +329,7 @@ class Planner:
 
     def view(self) -> PlannerView:
         """The planner's own state and belief, to be read: for what is built around it."""
-        return PlannerView(self._session, self.robot)
+        return self._view
 
     def passable(self) -> MotionValidity:
         """What says where the arm may be, as believed now: its motors, kept points, itself and its scene."""

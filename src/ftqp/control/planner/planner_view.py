@@ -16,6 +16,7 @@ from ftqp.core.small_picture import html_table
 from ftqp.kernel.entry.session import ArmSession, Call, Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, constraint_labels
+from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
 from ftqp.model.robot_table import arm_svg
 
@@ -112,6 +113,12 @@ class PlannerView:
     def limits(self) -> BelievedLimits:
         """Limits as believed now; copies."""
         return BelievedLimits(*(part.copy() for part in self._limits))
+
+    @property
+    def pace(self) -> float:
+        """Largest speed of a joint that works, as a share of its limit, which is finite here."""
+        top = np.minimum(self.limits.v, 1.0 / AT_REST)
+        return float((np.abs(self._command[1]) / top)[self.working].max(initial=0.0))
 
     @property
     def belief(self) -> bytes:

@@ -317,9 +317,12 @@ self_speed_tracks entry.study_entries nogil
     takes S:study C:continuation k samples goals:f8[samples,GOAL_SIZE] speeds:f8[k,samples-1]
           q:f8[k,samples,S.chain.n] facts:f8[k,2] first last
     calls self_speed_tracks(S, C, goals, speeds, q, facts, first, last)
+know_arm search.known_arm demo nogil
+    takes W:ways K:record whole
+    calls know_arm(W, K, whole)
 begin_ways search.motion demo nogil
-    takes W:ways q:f8[W.chain.n] gaps:f8[pairs] pairs
-    calls begin_search(W, q, gaps)
+    takes W:ways q:f8[W.chain.n]
+    calls begin_search(W, q)
 add_goal search.trees demo nogil
     takes W:ways q:f8[W.chain.n]
     calls add_goal(W, q)

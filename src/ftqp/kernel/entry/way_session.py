@@ -5,16 +5,13 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry.session import Call, Session, bound, rooms
-from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.entry.session import Call, Session, bound, rooms, write_together
 from ftqp.kernel.layout.record import in_line, memory
-from ftqp.kernel.layout.scene_room import HALF_SPACE, PAIRS
+from ftqp.kernel.layout.scene_room import PAIRS
 from ftqp.kernel.layout.ways_room import POSES, WayStage
 
 ROOMS: Final = ("chain", "scene", "keeps")
 """What is copied of a planner's record."""
-SURELY: Final = 0.9
-"""Motors that hold an arm in any posture with this share of their limits are strong enough. A convention."""
 LIMIT, EFFORT, KEEP, BALL = "limit", "effort", "keep", "ball"
 """What may stand in the way of a posture beside two bodies."""
 
@@ -40,77 +37,33 @@ class WaySession:
     """
 
     def __init__(self, session: Session, whole: int) -> None:
-        self._session, self._whole = session, whole
         self.memory = memory("ways")
         self._begin()
-        self.adopt()
+        self._adopt(session, whole)
 
     def _begin(self) -> None:
         self.K: Any = rooms(self.memory)
         self.W: Any = self.K.ways
         self._table, self._raw = np.zeros((0, 1)), np.zeros((0, 1))
 
-    def adopt(self) -> None:
+    def _adopt(self, session: Session, whole: int) -> None:
         """Take over arm, scene and limits as the planner has them now."""
-        K, W, session = self.K, self.W, self._session
-        for room in ROOMS:
-            self.memory[room] = session.memory[room]
-        self.n = n = int(K.chain.n)
-        believed = session.K
-        for name in ("q_min", "q_max", "v_max", "tau_max"):
-            getattr(W, name)[:n] = getattr(believed.limits, name)[:n]
-        W.a_max[:n] = believed.limits.a_brake[:n]
-        works = np.array(believed.faults.code[:n] == HEALTHY)
-        W.free[:n] = works & (K.chain.lead[:n] == np.arange(n))
-        W.tau_max[:n][~works] = np.inf
-        W.weighs = int(bool(K.chain.has_inertia) and self._may_be_too_heavy())
-        W.keep = W.share = 1.0
-        W.keep = K.scene.keep if K.scene.pairs else 1e-2
-        self._choose_pairs()
-
-    def _may_be_too_heavy(self) -> bool:
-        """Whether any posture may ask more of a motor than it has; joints that slide may."""
-        chain, n = self.K.chain, self.n
-        slides, parent = np.array(chain.prismatic[:n]), chain.parent[:n].tolist()
-        lead, mass = chain.lead[:n].tolist(), chain.mass[:n].tolist()
-        limits = self.W
-        ends = np.maximum(np.abs(limits.q_min[:n]), np.abs(limits.q_max[:n]))
-        spans = (chain.span[:n] + np.where(slides, ends, 0.0)).tolist()
-        levers, ratios, most = chain.lever[:n].tolist(), np.abs(chain.ratio[:n]).tolist(), [0.0] * n
-        for k in range(n):
-            far, j = levers[k], k
-            while j >= 0:
-                ratio = 1.0 if lead[j] == j else ratios[j]
-                most[lead[j]] += ratio * mass[k] * (1.0 if slides[j] else far)
-                far += spans[j]
-                j = parent[j]
-        return bool((np.array(most) * np.linalg.norm(chain.gravity) > SURELY * limits.tau_max[:n]).any())
-
-    def _choose_pairs(self) -> None:
-        """Pairs of whole bodies, and of the ends of those that half-spaces are apart from."""
-        scene, W = self.K.scene, self.W
-        count = int(scene.cloud_pair if scene.cloud else scene.pairs)
-        first, second = np.array(scene.first[:count]), np.array(scene.second[:count])
-        flat = (second < 0) & (scene.solid[-1 - np.minimum(second, -1)] == HALF_SPACE)
-        chosen = np.flatnonzero((first < self._whole) | flat)
-        W.pairs, W.pair[: len(chosen)] = len(chosen), chosen
-        W.is_body[:], W.sees_balls[:] = 0, 0
-        W.is_body[first[chosen]] = 1
-        W.is_body[second[chosen][second[chosen] >= 0]] = 1
-        if scene.cloud:
-            seen = np.array(scene.first[count : int(scene.pairs)])
-            W.is_body[seen] = W.sees_balls[seen] = 1
-        found = np.flatnonzero(W.is_body)
-        W.bodies = int(found[-1]) + 1 if len(found) else 0
+        write_together([(self.memory[room], session.memory[room]) for room in ROOMS])
+        self._bind("know_arm", session.memory)(whole)
+        self.n = int(self.K.chain.n)
 
     def begin(self, start: FloatArray) -> Met | None:
         """Begin at a posture, (nv,); what stands in its way."""
-        gaps = self._session.pair_distances(start[None])[0] if self.W.pairs else np.zeros(0)
-        return self._said(self._bind("begin_ways", np.ascontiguousarray(start), gaps, len(gaps))())
+        return self._said(self._bind("begin_ways", np.ascontiguousarray(start))())
 
     def add(self, q: FloatArray) -> Met | None:
         """Add a goal posture, (nv,); what stands in its way, and then it is none."""
         return self._said(self._bind("add_goal", np.ascontiguousarray(q))())
+
+    @property
+    def hindrance(self) -> Met | None:
+        """What stood in the way of postures of the goal most often, where none is clear."""
+        return self._said(int(self.W.hindered.argmax()))
 
     def go_along(self, places: FloatArray) -> None:
         """Let the way lead from the start through places, (k, nv)."""

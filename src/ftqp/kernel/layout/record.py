@@ -385,7 +385,7 @@ def dtype(kind: str, joints: int = JOINTS) -> np.dtype[Any]:
         return _on_lines([(name, _on_lines(ROOMS[name](joints))) for name in OF_ROOMS[kind]])
     fields = ({**OTHERS, **WAYS})[kind](joints)
     if kind in BESIDE:  # its own room first: numba takes a record that begins as another one for that
-        rooms = {name: structure(ROOMS[name](joints)) for name in BESIDE[kind]}
+        rooms = {name: _on_lines(ROOMS[name](joints)) for name in BESIDE[kind]}
         fields = [(kind, structure(fields)), *rooms.items()]
     elif kind == "continuation":
         fields.append(("qp", structure(qp_fields(joints, TASK_ROWS, CLEARANCES))))

@@ -18,6 +18,9 @@ PLACES, POSES, PIECES, INTERVALS, STRETCHES = 512, 256, 1024, 4800, 128
 """The most places of a way, poses of a tube or a path, pieces of a rounded way, intervals in time, and
 stretches of an edge that are still to be looked at. Conventions, which size memory."""
 
+HINDRANCES = 5 * scene_room.PAIRS + 1
+"""Things that may stand in the way of a posture."""
+
 PROOF: Final = 0.5
 """The motion is proven with this share of what is kept at least: the mean leaves the way that was proven."""
 
@@ -51,6 +54,12 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     tree joining new last grown vain  i8  which tree grows, whether it joins, its last nodes
     places  i8  of the way
     count  i8[2]  nodes of the trees
+    hindered  i8[HINDRANCES]  how often each thing stood in the way of a posture of the goal, by what
+        ``obstruction`` says
+    nears  i8  0: only a posture of the goal will do, 1: a near place will, which is looked for
+        2: from the start on, 3: as the nearest posture that was found, 4: from the trees on
+    least left  f8  squared error of the nearest posture, and of the last start or the last node [m2]
+    best  f8[N]  the nearest posture
     has_goal  i8  the goal is a pose, whose postures are looked for
     has_axis  i8  of its orientation only the tool's z axis counts, as in the room ``study``
     goal_rows rows  i8  a bit for each of x, y, z, rx, ry, rz: of the goal, of the tube
@@ -92,10 +101,12 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     ball_allow  f8[CAPSULES]  the same of a body and the balls of a cloud
     is_body  i8[CAPSULES]  a capsule is in a pair
     sees_balls  i8[CAPSULES]  a body keeps clear of the balls
-    lever  f8[CAPSULES,N]  how far any point of a body goes with a joint at most
-    keep_lever  f8[KEEPS,N]  the same of what is kept
-    moved  f8[CAPSULES]  how far each may have gone in the stretch that is looked at
-    keep_moved  f8[KEEPS]
+    apart  i8[PAIRS,2]  the first joint that moves the one of its bodies and not the other, -1 none
+    way  f8[N]  how far each joint goes from where the arm is looked at
+    goes  f8[CAPSULES,N]  how far each body goes by the joints from each one on at most
+    moved  f8[CAPSULES]  and by all of them
+    keep_moved  f8[KEEPS]  the same of what is kept
+    most_moved  f8  the most of ``moved``
     middle  f8[CAPSULES,3]
     girth  f8[CAPSULES]  half the length of a capsule, and its radius
     around  f8[OBSTACLES,3]  half the edges along W of a box around each

@@ -3,26 +3,18 @@
 A look asks for joint limits, torques at rest, what is kept, and pairs of bodies: capsules first, and where
 they come too near the convex bodies inside. An edge is proven: in a stretch of it each body gets as margin
 how far it can be, anywhere in the stretch, from where it is in the middle; a stretch that is not free with
-these is halved.
+these is halved. Joints that move both bodies of a pair do not count.
 Source: Schwarzer, Saha and Latombe 2005.
 """
 
-from math import acos, inf, sqrt
+from math import acos, inf
 from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.arm.kinematics import frames, mimic_places, moves, point_of, turned
+from ftqp.kernel.arm.kinematics import frames, mimic_places, point_of, turned
 from ftqp.kernel.jit import carray, jit, part_jit, pointer
-from ftqp.kernel.layout.scene_room import (
-    BOX,
-    CAPSULES,
-    CYLINDER,
-    HALF_SPACE,
-    HULL,
-    PAIRS,
-    SEGMENT,
-)
+from ftqp.kernel.layout.scene_room import HALF_SPACE, HULL, PAIRS, SEGMENT
 from ftqp.kernel.layout.ways_room import STRETCHES
 from ftqp.kernel.maths.nearest_points import of_segment_and_hull, of_segments, to_body
 from ftqp.kernel.maths.side_by_side import joint_sines
@@ -53,11 +45,13 @@ AT_LIMIT = 1e-9
 """Joints may be beyond their limits by this [rad or m]. Rounding."""
 LIMIT_MET, EFFORT_MET, KEEP_MET, BALL_MET = PAIRS, 2 * PAIRS, 3 * PAIRS, 4 * PAIRS
 """What ``obstruction`` adds to one more than the number of a joint, of what is kept and of a body."""
+TOO_WIDE = 5 * PAIRS  # the last of HINDRANCES
+"""What stands for a stretch in which a body may go farther than ``WIDEST``."""
 BALLS_ARE = np.dtype(np.float64)
 
 
 @jit
-def _holding_share(K: Any, most: float) -> int:
+def holding_share(K: Any, most: float) -> int:
     """One more than the joint whose motor needs more than this share to hold the arm; 0 where none."""
     W, chain, ahead = K.ways, K.chain, K.ahead
     g = three(chain.gravity)
@@ -157,19 +151,72 @@ def _comes_near(K: Any, c: int, o: int, r: float) -> bool:
 
 
 @jit
-def _room_of(K: Any, k: int) -> float:
-    """How near the bodies of pair k may come, with what they have moved [m]."""
-    scene, W = K.scene, K.ways
-    p, allow = W.pair[k], W.allow[k]
-    r = (W.share * allow if allow > 0.0 else allow) + W.moved[scene.first[p]]
-    return r + (W.moved[scene.second[p]] if scene.second[p] >= 0 else 0.0)
+def _moved(K: Any, body: int, a: Any, b: Any, wide: float, goes: Any) -> float:
+    """How far any point of a capsule goes from here at most, while each joint goes ``way`` [m].
+
+    Of the joints between the body and each one, itself among them, it ``goes``. The last joint goes first:
+    with d_j that of the joints behind joint j, and r_j from its axis to the capsule's farthest point here,
+    d_i = d_j + way_j (r_j + d_j) for i before j. A joint that slides adds its way.
+    """
+    chain, W, ahead = K.chain, K.ways, K.ahead
+    d, j = 0.0, body
+    while j >= 0:
+        if W.way[j] > 0.0 and chain.prismatic[j]:
+            d += W.way[j]
+        elif W.way[j] > 0.0:
+            o, z = three(ahead.o[j]), three(ahead.axis_w[j])
+            r = max(length(cross(minus(a, o), z)), length(cross(minus(b, o), z))) + wide
+            d += W.way[j] * (r + d)
+        goes[j] = d
+        j = chain.parent[j]
+    return d
 
 
 @jit
-def are_capsules_near(K: Any, k: int) -> bool:
-    """Whether the capsules of pair k come nearer than the bodies may, with what they have moved."""
+def _turned(K: Any, body: int) -> float:
+    """How far a body turns at most, while each joint goes ``way`` [rad]."""
+    d, j = 0.0, body
+    while j >= 0:
+        d += 0.0 if K.chain.prismatic[j] else K.ways.way[j]
+        j = K.chain.parent[j]
+    return d
+
+
+@jit
+def _know_moved(K: Any) -> float:
+    """How far bodies and what is kept go from here at most; the farthest of the bodies."""
+    scene, W, keeps, chain, most = K.scene, K.ways, K.keeps, K.chain, 0.0
+    for j in range(chain.n):
+        if chain.lead[j] != j:
+            W.way[j] = abs(chain.ratio[j]) * W.way[chain.lead[j]]
+    for c in range(W.bodies):
+        if W.is_body[c]:
+            a, b = three(scene.a[c]), three(scene.b[c])
+            W.moved[c] = _moved(K, scene.body[c], a, b, scene.wide[c], W.goes[c])
+            most = max(most, W.moved[c])
+    for t in range(keeps.count):
+        body = keeps.body[t]
+        at = point_of(K.ahead, body, keeps.place[t])
+        W.keep_moved[t] = _turned(K, body) if keeps.turns[t] else _moved(K, body, at, at, 0.0, W.row)
+    return most
+
+
+@jit
+def _room_of(K: Any, k: int) -> float:
+    """How near the bodies of pair k may come here, with what they go from each other [m]."""
+    scene, W, p = K.scene, K.ways, K.ways.pair[k]
+    r = W.share * W.allow[k] if W.allow[k] > 0.0 else W.allow[k]
+    for side in range(2):
+        if W.apart[k, side] >= 0:
+            r += W.goes[scene.first[p] if side == 0 else scene.second[p], W.apart[k, side]]
+    return r
+
+
+@jit
+def are_capsules_near(K: Any, k: int, r: float) -> bool:
+    """Whether the capsules of pair k come as near as r."""
     scene, W = K.scene, K.ways
-    p, r = W.pair[k], _room_of(K, k)
+    p = W.pair[k]
     c, other = scene.first[p], scene.second[p]
     m = three(W.middle[c])
     if other < 0:
@@ -190,14 +237,13 @@ def are_capsules_near(K: Any, k: int) -> bool:
 
 @jit
 def is_pair_near(K: Any, k: int) -> bool:
-    """Whether pair k comes nearer than it may, with what its bodies have moved."""
-    scene, p = K.scene, K.ways.pair[k]
+    """Whether pair k comes nearer than it may, with what its bodies go from each other."""
+    scene, p, r = K.scene, K.ways.pair[k], _room_of(K, k)
     c, other = scene.first[p], scene.second[p]
-    if not are_capsules_near(K, k):
+    if not are_capsules_near(K, k, r):
         return False
     if K.ways.allow[k] < 0.0 or not refines(scene, c, other):
         return True
-    r = _room_of(K, k)
     if other < 0 and scene.solid[-1 - other] == HALF_SPACE:
         height, _ = depth_below(K, c, -1 - other)
         return height <= r
@@ -206,7 +252,7 @@ def is_pair_near(K: Any, k: int) -> bool:
 
 
 @jit
-def _kept_distance(K: Any, t: int) -> float:
+def kept_distance(K: Any, t: int) -> float:
     """How far what is kept is on its side [m], or inside its cone [rad]."""
     keeps = K.keeps
     body = keeps.body[t]
@@ -217,9 +263,10 @@ def _kept_distance(K: Any, t: int) -> float:
 
 
 @jit
-def _ball_distance(K: Any, c: int, balls: Any) -> float:
+def ball_distance(K: Any, c: int) -> float:
     """How far the capsule of a body is from the nearest ball of a cloud [m]."""
     scene, best = K.scene, inf
+    balls = carray(pointer(scene.cloud_at), (scene.cloud, 4), BALLS_ARE)
     a, b = three(scene.a[c]), three(scene.b[c])
     m, size = three(K.ways.middle[c]), K.ways.girth[c]
     for k in range(scene.cloud):
@@ -235,20 +282,19 @@ def _ball_distance(K: Any, c: int, balls: Any) -> float:
 @jit
 def _balls_met(K: Any) -> int:
     """What ``obstruction`` says of the balls of a cloud."""
-    W, scene = K.ways, K.scene
-    balls = carray(pointer(scene.cloud_at), (scene.cloud, 4), BALLS_ARE)
+    W = K.ways
     for c in range(W.bodies):
         if W.sees_balls[c]:
             allow = W.ball_allow[c]
             r = (W.share * allow if allow > 0.0 else allow) + W.moved[c]
-            if _ball_distance(K, c, balls) <= r:
+            if ball_distance(K, c) <= r:
                 return BALL_MET + c + 1
     return 0
 
 
 @part_jit
 def _met(K: Any, q: Any) -> int:
-    """What stands in the way of a posture, as ``obstruction`` says it, with what bodies have moved."""
+    """What stands in the way of a posture, as ``obstruction`` says it, while each joint goes ``way``."""
     W, scene = K.ways, K.scene
     W.looks += 1
     for j in range(K.chain.n):
@@ -256,13 +302,16 @@ def _met(K: Any, q: Any) -> int:
             return LIMIT_MET + j + 1
     pose_arm(K, q)
     if W.weighs:
-        heavy = _holding_share(K, W.effort)
+        heavy = holding_share(K, W.effort)
         if heavy:
             return EFFORT_MET + heavy
-    for t in range(K.keeps.count):
-        if _kept_distance(K, t) <= W.keep_allow[t] + W.keep_moved[t]:
-            return KEEP_MET + t + 1
     place_bodies(K)
+    W.most_moved = _know_moved(K)
+    if W.most_moved > WIDEST:
+        return TOO_WIDE
+    for t in range(K.keeps.count):
+        if kept_distance(K, t) <= W.keep_allow[t] + W.keep_moved[t]:
+            return KEEP_MET + t + 1
     if W.met > 0 and is_pair_near(K, W.met - 1):
         return W.met
     for k in range(W.pairs):
@@ -275,11 +324,8 @@ def _met(K: Any, q: Any) -> int:
 @jit
 def obstruction(K: Any, q: Any) -> int:
     """What stands in the way of a posture: 0 nothing, a pair and 1, or see ``LIMIT_MET``."""
-    W = K.ways
-    for c in range(W.bodies):
-        W.moved[c] = 0.0
-    for t in range(K.keeps.count):
-        W.keep_moved[t] = 0.0
+    for j in range(K.chain.n):
+        K.ways.way[j] = 0.0
     return _met(K, q)
 
 
@@ -296,32 +342,18 @@ def proven(K: Any, c: Any, size: float) -> float:
         if W.looks >= last:
             W.capped = 1
             return low
-        middle, half, most = 0.5 * (low + high), 0.5 * (high - low), 0.0
-        for b in range(W.bodies):
-            W.moved[b] = 0.0
-        for t in range(K.keeps.count):
-            W.keep_moved[t] = 0.0
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
         for j in range(n):
             q[j] = c[0, j] + middle * (c[1, j] + middle * c[2, j])
-            way = half * max(abs(c[1, j] + 2.0 * low * c[2, j]), abs(c[1, j] + 2.0 * high * c[2, j]))
-            if way > 0.0:
-                for b in range(W.bodies):
-                    W.moved[b] += way * W.lever[b, j]
-                for t in range(K.keeps.count):
-                    W.keep_moved[t] += way * W.keep_lever[t, j]
-        for b in range(W.bodies):
-            most = max(most, W.moved[b])
-        if most <= WIDEST and _met(K, q) == 0:
+            W.way[j] = half * max(abs(c[1, j] + 2.0 * low * c[2, j]), abs(c[1, j] + 2.0 * high * c[2, j]))
+        if _met(K, q) == 0:
             continue
+        most = W.most_moved
         if obstruction(K, q) != 0 or (most > fine and top + 2 > STRETCHES):
             return low
         if most > fine:
-            stretch[top, 0], stretch[top, 1], stretch[top + 1, 0], stretch[top + 1, 1] = (
-                middle,
-                high,
-                low,
-                middle,
-            )
+            stretch[top, 0], stretch[top, 1] = middle, high
+            stretch[top + 1, 0], stretch[top + 1, 1] = low, middle
             top += 2
     return size
 
@@ -333,73 +365,3 @@ def passes(K: Any, a: Any, b: Any) -> float:
     for j in range(K.chain.n):
         line[0, j], line[1, j], line[2, j] = a[j], b[j] - a[j], 0.0
     return proven(K, line, 1.0) if obstruction(K, b) == 0 else 0.0
-
-
-@jit
-def _lever(K: Any, body: int, far: float, levers: Any) -> None:
-    """How far a point that is so far from a body's joint goes with each joint at most, lengths added up."""
-    chain, W, j = K.chain, K.ways, body
-    for i in range(chain.n):
-        levers[i] = 0.0
-    while j >= 0:
-        levers[chain.lead[j]] += abs(chain.ratio[j] if chain.lead[j] != j else 1.0) * (
-            1.0 if chain.prismatic[j] else far
-        )
-        far += chain.span[j]
-        if chain.prismatic[j]:
-            far += max(abs(W.q_min[j]), abs(W.q_max[j]))
-        j = chain.parent[j]
-
-
-@jit
-def _box_around(K: Any, o: int) -> None:
-    """Half the edges of a box along W around an obstacle."""
-    scene, box, turn, e = K.scene, K.ways.around[o], K.scene.turn[o], K.scene.extent[o]
-    for i in range(3):
-        x, y, z = abs(turn[3 * i]), abs(turn[3 * i + 1]), abs(turn[3 * i + 2])
-        if scene.solid[o] == SEGMENT:
-            box[i] = z * e[0] + e[1]
-        elif scene.solid[o] == CYLINDER:
-            box[i] = z * e[0] + e[1] * sqrt(max(1.0 - z * z, 0.0))
-        elif scene.solid[o] == BOX or scene.solid[o] == HULL:
-            box[i] = x * e[0] + y * e[1] + z * e[2]
-        else:
-            box[i] = inf
-
-
-@jit
-def know_surroundings(K: Any, q: Any, gaps: Any) -> None:
-    """Levers of all bodies, boxes around obstacles, and what pairs are apart at the start, ``gaps`` of each.
-
-    Who is nearer than is kept, or weaker than the torque limits ask, may be so on the way.
-    """
-    W, scene, chain, keeps = K.ways, K.scene, K.chain, K.keeps
-    for c in range(W.bodies):
-        if W.is_body[c]:
-            a, b = three(scene.end_a[c]), three(scene.end_b[c])
-            _lever(K, scene.body[c], max(length(a), length(b)) + scene.wide[c], W.lever[c])
-            W.girth[c] = 0.5 * length(minus(b, a)) + scene.wide[c]
-    for t in range(keeps.count):
-        far = length(three(keeps.place[t]))
-        _lever(K, keeps.body[t], far, W.keep_lever[t])
-        if keeps.turns[t]:
-            for j in range(chain.n):
-                W.keep_lever[t, j] = 1.0 if moves(chain, j, keeps.body[t]) and not chain.prismatic[j] else 0.0
-    for o in range(scene.obstacles):
-        _box_around(K, o)
-    pose_arm(K, q)
-    place_bodies(K)
-    for k in range(W.pairs):
-        W.allow[k] = min(W.keep, gaps[W.pair[k]] - FINEST)
-    for t in range(keeps.count):
-        W.keep_allow[t] = min(0.0, _kept_distance(K, t) - FINEST)
-    if scene.cloud > 0:
-        balls = carray(pointer(scene.cloud_at), (scene.cloud, 4), BALLS_ARE)
-        for c in range(CAPSULES):
-            if c < W.bodies and W.sees_balls[c]:
-                W.ball_allow[c] = min(W.keep, _ball_distance(K, c, balls) - FINEST)
-    if W.weighs:
-        while _holding_share(K, W.effort) and W.effort < 1e6:
-            W.effort *= 1.02
-    for j in range(chain.n):
-        W.q_min[j], W.q_max[j] = min(W.q_min[j], q[j]), max(W.q_max[j], q[j])

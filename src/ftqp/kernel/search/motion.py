@@ -36,9 +36,9 @@ from ftqp.kernel.scene.clearance import (
     refined_distance,
 )
 from ftqp.kernel.scene.hulls import refines
+from ftqp.kernel.search.known_arm import know_surroundings
 from ftqp.kernel.search.looks import (
     are_capsules_near,
-    know_surroundings,
     obstruction,
     passes,
     place_bodies,
@@ -299,10 +299,8 @@ def pace_next(K: Any) -> None:
         _slow_tip(K, i)
     if W.pairs > 0:
         place_bodies(K)
-        for b in range(W.bodies):
-            W.moved[b] = FAR
         for k in range(W.pairs):
-            if are_capsules_near(K, k):
+            if are_capsules_near(K, k, FAR):
                 _slow_down(K, k, i)
     left = W.size_of[W.paced] - W.cut
     W.ds[i] = left if left < 1.5 * W.ds[i] else W.ds[i]
@@ -396,15 +394,16 @@ def search_step(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
 
 
 @jit
-def begin_search(K: Any, q: Any, gaps: Any) -> int:
+def begin_search(K: Any, q: Any) -> int:
     """Begin at a posture: what stands in its way, see ``obstruction``."""
     W = K.ways
     W.stage, W.looks, W.starts, W.posed, W.clear, W.met = FOLLOWING if W.straight else GROWING, 0, 0, 0, 0, 0
+    W.hindered[:], W.least = 0, inf
     W.tree, W.joining, W.grown, W.places, W.share = 0, 0, 0, 0, 1.0
     W.count[0] = W.count[1] = 0
     for j in range(K.chain.n):
         W.start[j] = q[j]
-    know_surroundings(K, q, gaps)
+    know_surroundings(K, q)
     add_node(K, 0, q, -1)
     met = obstruction(K, q)
     if met != 0:

@@ -45,6 +45,11 @@ CAPPED = 0.05
 """An edge that was given up may stand for so much of itself or more. A guess."""
 VAIN, LESS = 60, 0.99
 """Shortening ends after so many draws that have not brought the length below this share. Guesses."""
+NEARER, LITTLE = 300, 1e-3
+"""The arm goes on towards a goal without a posture until so many tries in turn have not taken such a share of
+the squared error. Guesses."""
+AS_NEAR = 20_000
+"""So many looks are spent on a way there at most. A guess."""
 SAME = 1e-9
 """Places that are nearer than this are one [rad or m]. Rounding."""
 
@@ -233,7 +238,7 @@ def comes_to(K: Any, q: Any, T: Any) -> bool:
         W.looks += 1
         tip_error(K, T)
         place, turn = _squared(W, W.goal_rows, 0), _squared(W, W.goal_rows, 3)
-        s = place + turn
+        s = W.left = place + turn
         if s < EXACT:
             return True
         if k == STEPS - 1 or (k > 12 and k % 4 == 0 and s > 0.8 * last):
@@ -436,9 +441,87 @@ def _start_comes_to_goal(K: Any) -> bool:
         q[j] = min(max(q[j], W.low[j]), W.high[j]) if W.free[j] else W.start[j]
     if K.chain.mimics:
         mimic_places(K.chain, q)
-    there = comes_to(K, q, W.goal)
-    W.posed += 1 if there else 0
-    return bool(there)
+    if comes_to(K, q, W.goal):
+        W.posed += 1
+        return True
+    if W.nears and W.left < W.least and obstruction(K, q) == 0:
+        W.least = W.left
+        copy(W.best, q, n)
+    return False
+
+
+@jit
+def _distance_squared(K: Any, q: Any) -> float:
+    """How far the goal is from a place [m2]."""
+    W = K.ways
+    pose_arm(K, q)
+    W.looks += 1
+    tip_error(K, W.goal)
+    return _squared(W, W.goal_rows, 0) + _squared(W, W.goal_rows, 3)
+
+
+@jit
+def _come_nearer(K: Any, q: Any, longest: float) -> float:
+    """A step of q nearer to the goal, so long at most: the squared error then [m2]."""
+    s = _distance_squared(K, q)
+    tip_rows(K, K.ways.goal)
+    newton_step(K, q, K.ways.goal_rows, 0.05 * s, longest)
+    return _distance_squared(K, q)
+
+
+@part_jit
+def _aim_near(K: Any) -> None:
+    """Let the nearest posture be the goal, led on while it comes nearer: the goal has no clear one."""
+    W = K.ways
+    for _ in range(NEARER):
+        copy(W.drawn, W.best, K.chain.n)
+        s = _come_nearer(K, W.drawn, LONGEST)
+        if s > (1.0 - LITTLE) * W.least or obstruction(K, W.drawn) != 0:
+            break
+        W.least = s
+        copy(W.best, W.drawn, K.chain.n)
+    W.nears, W.most, W.joining = 3, min(W.most, W.looks + AS_NEAR), 0
+    add_goal(K, W.best)
+
+
+@part_jit
+def _begin_near(K: Any) -> None:
+    """Let the last node be that of the first tree which is nearest to the goal, and go on from there."""
+    W = K.ways
+    W.left, W.nears, W.vain = inf, W.nears + 1, 0
+    for k in range(W.count[0]):
+        s = _distance_squared(K, node_of(K, 0, k))
+        if s < W.left:
+            W.left, W.last = s, k
+
+
+@part_jit
+def _lead_near(K: Any) -> None:
+    """One try to go on from the last node to a nearer place, by a Newton step, a draw, or both.
+
+    Each one in vain makes the next one smaller, and the way ends where many were, unless a posture that was
+    found is nearer still.
+    """
+    W, q = K.ways, K.ways.drawn
+    if W.vain >= NEARER or is_full(K):
+        if W.nears == 2 and W.least < (1.0 - LITTLE) * W.left:
+            _aim_near(K)
+        else:
+            lead_to(K, W.last)
+        return
+    a, longest = node_of(K, 0, W.last), LONGEST * 2.0 ** (-(W.vain % VAIN) / WIDER)
+    kind = W.vain % 3
+    spread = 0.5 * longest if kind > 0 else 0.0
+    W.vain += 1
+    for j in range(K.chain.n):
+        x = chance(W)
+        q[j] = min(max(a[j] + spread * (2.0 * x - 1.0), W.low[j]), W.high[j]) if W.free[j] else a[j]
+    if kind < 2:
+        _come_nearer(K, q, longest)
+    if step_towards(K, a, q, W.end):
+        s = _distance_squared(K, W.end)
+        if s < (1.0 - LITTLE) * W.left:
+            W.left, W.vain, W.last = s, 0, add_node(K, 0, W.end, W.last)
 
 
 @jit
@@ -505,13 +588,21 @@ def follow_line(K: Any) -> None:
 def grow(K: Any) -> None:
     """One piece of a search: a start, an edge of one tree, or of the other one towards it."""
     W = K.ways
+    if W.nears == 2 or W.nears == 4:
+        _lead_near(K)
+        return
     is_due = W.count[1] == 0 or W.grown >= PER_START * (W.starts - PER_START)
     if W.has_goal and W.starts < W.most_starts and is_due:
         if _start_comes_to_goal(K):
-            W.clear += 1 if add_goal(K, W.drawn) == 0 else 0
+            met = add_goal(K, W.drawn)
+            W.hindered[met] += 1
+            W.clear += 1 if met == 0 else 0
         return
     if W.count[1] == 0 or W.looks >= W.most or is_full(K):
-        W.stage = NO_WAY
+        if W.nears > 0 and W.clear == 0:
+            _begin_near(K)
+        else:
+            W.stage = NO_WAY
         return
     if W.joining == 0 and W.count[W.tree] > BALANCE * W.count[1 - W.tree] + 10:
         W.tree = 1 - W.tree  # the one that finds it harder to grow

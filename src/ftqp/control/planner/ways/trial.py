@@ -114,9 +114,7 @@ class Trial:
 
     def _rests_within(self, off: float, motion: JointMotion) -> bool:
         """Whether the joints that work rest so near to the motion's goal."""
-        view, top = self._view, np.minimum(self._view.limits.v, 1.0 / AT_REST)
-        slow = np.abs(view.command.v) <= AT_REST * top
-        return self._off(motion) <= off and bool(slow[view.working].all())
+        return self._off(motion) <= off and self._view.pace <= AT_REST
 
     def _off(self, motion: JointMotion) -> float:
         away = np.abs(motion.way_from(self._view.command.q))

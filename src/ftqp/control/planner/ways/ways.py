@@ -10,7 +10,9 @@ from ftqp.control.inverse_kinematics.posture_search import goal_pose, task_rows
 from ftqp.control.references.tip_reference import TipLimits
 from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_exp, rotation_vector, transform
+from ftqp.faults.kinds import FreeSwinging
 from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met, WaySession
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.thresholds import LEAST_ACCELERATION, RISE_TIME
@@ -35,6 +37,29 @@ TURN: Final = 2.0 * np.pi
 """Goal postures are looked for within a turn of each joint from where it is. A convention."""
 
 
+def refusal(planner: Any, rows: Any = None, *, stays: bool = False) -> str:
+    """Why no way of the joints can be looked for; empty where one can.
+
+    Args:
+        planner: Whose arm it is, an ``ftqp.Planner``.
+        rows: The rows of poses that count; None: those that the planner keeps.
+        stays: Whether the tip stays where it is.
+    """
+    if planner.robot.chain.floating or not planner.robot.is_serial:
+        return "arms with branches, and floating ones, go straight only"
+    try:
+        count = len(task_rows(planner.robot, planner.kept_rows if rows is None else rows)[0])
+    except InputError as error:
+        return str(error)
+    works = int(planner.view().working.sum())
+    if stays and works <= count:
+        return "no joint is left for a motion on the spot"
+    if works == 0:
+        return f"no joints work, and the goal has {count} rows"
+    swings = any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
+    return "a joint swings freely" if swings else ""
+
+
 @final
 class Ways:
     """Thinks of a way of the joints to any of some goals, and of the motion along it.
@@ -53,6 +78,7 @@ class Ways:
         tolerance: How near a posture comes to a pose in place [m], and in turning [rad], > 0.
         tube: Poses of a path, (k, 4, 4), that the tip stays near; None: it goes anywhere.
         radius: By how much, in place [m] and in turning [rad].
+        nears: Whether the nearest posture that was found will do where the goal has no clear one.
         straight: Limits of the tip, ``ftqp.TipLimits``, with which it goes straight to the goal where the
             joints can follow that; None: the way is that of the joints.
         path: Poses of a path, (k, 4, 4), that postures are followed along.
@@ -82,6 +108,7 @@ class Ways:
         tolerance: tuple[float, float] = (TOLERANCE, TOLERANCE),
         tube: FloatArray | None = None,
         radius: tuple[float, float] = (0.0, 0.0),
+        nears: bool = False,
         straight: TipLimits | None = None,
         path: FloatArray | None = None,
         leap: FloatArray | None = None,
@@ -98,7 +125,7 @@ class Ways:
         self._start: FloatArray = planner.view().command.q if start is None else start
         W.effort, W.length, W.most = effort, robot.length, most
         W.tolerance[:] = tolerance[0], robot.length * tolerance[1]
-        W.shortening, W.most_starts = shortening, STARTS
+        W.shortening, W.most_starts, W.nears = shortening, STARTS, nears
         W.first, W.second = 1 + 7919 * seed, 1 + 104729 * seed
         W.dt, W.speed = planner.dt, planner.pace
         W.a_max[:n] = np.maximum(W.a_max[:n], LEAST_ACCELERATION * robot.limits.a_max)
@@ -217,6 +244,11 @@ class Ways:
         return bool(W.straight) or (not W.has_goal and self.has_way and int(W.places) == 2)
 
     @property
+    def only_nears(self) -> bool:
+        """Whether the way leads to the nearest posture, as the goal has no clear one."""
+        return int(self.W.nears) > 1
+
+    @property
     def way(self) -> FloatArray:
         """The places of the way, the start first, (k, nv) [rad or m]."""
         return np.array(self.W.place[: int(self.W.places), : self._session.n])
@@ -261,7 +293,8 @@ class Ways:
             return f"no way round was found in {int(self.W.looks)} looks"
         if not posed:
             return f"no posture was found in {self.starts} starts"
-        return f"none of {posed} postures found in {self.starts} starts is clear"
+        most = self.sentence_of(self._session.hindrance)
+        return f"none of {posed} postures found in {self.starts} starts is clear: most often {most}"
 
     def sentence_of(self, met: Met | None) -> str | None:
         """What stands in the way of a posture, in words."""
