@@ -28,6 +28,13 @@ def drawn_aside(rows, also=None):
 
 
 @pytest.mark.long
+def test_a_wrist_that_is_drawn_aside_holds_up_no_path_that_does_not_need_it():
+    planner, ride, _ = drawn_aside("position")
+    assert planner.stopped_because is None and not planner.findings
+    assert ride.error.max() < 2e-3  # on time, too
+
+
+@pytest.mark.long
 def test_a_joint_that_lags_moves_no_target_of_a_torque_arm():
     """The target gave way by as much as the wrist was behind, and swung with it once it was back."""
     planner, ride, path = drawn_aside("pose")
