@@ -11,7 +11,7 @@ PANDA = ftqp.robots.load("panda")
 PUSH = 60.0
 
 
-def drawn_aside(rows, also=None):
+def drawn_aside(rows):
     """A cable draws the wrist of a healthy arm aside from 0.5 s on, farther than joints usually lag."""
     robot = PANDA.with_rotors(PANDA.chain.armature + 0.01)
     planner = ftqp.Planner(PANDA, DT, drive="torque", task=ftqp.Task(rows=rows))
@@ -20,7 +20,6 @@ def drawn_aside(rows, also=None):
         500 + k: [lambda planner, arm, k=k: arm.push.__setitem__(6, -PUSH * min(k / 300.0, 1.0))]
         for k in range(301)
     }
-    events |= also or {}
     wrist = []
     ride = Ride(PANDA, planner, arm, path, 3.0, events, lambda k, q: wrist.append(q[6]) or q)
     assert np.max(np.abs(np.array(wrist) - ride.sent[:, 6])) > 0.03  # beyond its error band
