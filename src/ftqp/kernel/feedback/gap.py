@@ -7,7 +7,7 @@ from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
-from ftqp.kernel.layout.enums import HEALTHY, POSITION_DRIVE, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
+from ftqp.kernel.layout.enums import HEALTHY, POSITION_DRIVE, STOPPED_BY_DEVIATION
 from ftqp.kernel.layout.hypotheses import LAGS
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
@@ -29,11 +29,6 @@ FULL = 1e-6
 one, untouched."""
 DEVIATION_SAMPLES = 4
 """The arm is stopped when it is beyond the emergency thresholds on so many samples in a row."""
-
-WAITING = 0.05
-"""A rate below this is waiting ..."""
-PATIENCE = 1.0
-"""... which is given up after this time [s]."""
 
 
 @jit
@@ -68,6 +63,8 @@ def _joint_gap(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) ->
 def measure_gap(K: Any) -> None:
     """g, what the arm leaves uncorrected, in units of what is tolerated: of d + c, and of every joint.
 
+    A torque arm's joints do not count: their own loops take back what they leave, and a light wrist that was
+    off while the tip was where it should be let the path wait until the arm was stopped.
     It decides what is done; what is said is decided by the true error. An arm farther away than the emergency
     thresholds on four samples is stopped.
     Source: docs/theory/feedback.md, "The gap".
@@ -90,7 +87,8 @@ def measure_gap(K: Any) -> None:
     position, rotation = norms(K.task, K.kinematics, feedback.left)
     gap = max(position / feedback.tolerance, rotation / feedback.rotation_tolerance)
     feedback.tip_gap = gap
-    feedback.gap = max(gap, _joint_gap(K.state, K.faults, feedback, K.chain, K.past))
+    joints = _joint_gap(K.state, K.faults, feedback, K.chain, K.past)
+    feedback.gap = max(gap, joints) if K.monitor.on else gap
     if feedback.silent > feedback.patience:  # of an arm that rests its model knows best
         feedback.gap = max(feedback.gap, 1.0)
     beyond = position > watch.stop_position or rotation > watch.stop_rotation
@@ -112,7 +110,7 @@ def wait(K: Any) -> None:
     """The rate of the path: 1 up to a gap of 0.6, 0 at a gap of 1, changing smoothly.
 
     g_f' = (g - g_f)/10 ms; rate' = clip((clip((1 - g_f)/0.4, 0, 1) - rate)/0.05 s, -5, 2). During a stop it
-    rests. Waiting for a second in vain stops the arm, unless the planner never stops of its own accord.
+    rests. A path waits for as long as it takes: that an arm lags is never a reason to stop it.
     Source: docs/theory/feedback.md, "The gap".
     """
     watch, feedback, dt = K.watch, K.feedback, K.state.dt
@@ -122,7 +120,6 @@ def wait(K: Any) -> None:
     feedback.gap_filtered += min(1.0, dt / FILTER) * (feedback.gap - feedback.gap_filtered)
     wanted = min(max((1.0 - feedback.gap_filtered) / (1.0 - FULL_SPEED_TO), 0.0), 1.0)
     if wanted == 1.0 and feedback.rate == 1.0:
-        feedback.waited = 0.0
         return
     change = min(max((wanted - feedback.rate) / max(RATE_TIME, dt), -FASTEST_FALL), FASTEST_RISE)
     rate = feedback.rate + dt * change
@@ -130,6 +127,3 @@ def wait(K: Any) -> None:
         rate = 1.0
     feedback.rate_change = change
     feedback.rate = max(rate, 0.0)
-    feedback.waited = feedback.waited + dt if feedback.rate < WAITING else 0.0
-    if feedback.waited > PATIENCE and watch.stop_samples > 0 and not K.monitor.on:
-        latch(watch, STOPPED_BY_LAG)

@@ -148,8 +148,7 @@ def play_back(K: Any) -> None:
     if watch.latched == 0:
         change += _catch_up(K)
         feedback.late += dt * (1.0 - feedback.rate - feedback.up)
-        waits = (K.monitor.on or feedback.silent > 0.0) and feedback.rate < FOLLOWS_FROM
-        if K.held.on or waits:
+        if K.held.on or feedback.rate < FOLLOWS_FROM:
             _count_held(K)
         K.history.held = min(K.history.held, max(feedback.late, 0.0))
     if feedback.late <= 0.0:

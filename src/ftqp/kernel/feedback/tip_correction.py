@@ -1,6 +1,5 @@
 """The outer loop of the tip: the target is displaced by what the arm leaves of the reference."""
 
-from math import sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
@@ -10,11 +9,6 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.settling.rest import gives_up
-
-FARTHEST = 0.03
-"""Largest displacement of the target [m] for an error that forward kinematics shows ..."""
-LARGEST_TURN = 0.15
-"""... and its largest turn [rad]."""
 
 STOOD = 0.3
 """How long the target has stood [s] before the displacement may rest, ..."""
@@ -79,16 +73,6 @@ def look_at_tip(K: Any) -> None:
 
 
 @jit
-def _bounded(c: Any, rate: Any, at: int, most: float) -> None:
-    """Three components kept below a norm; at the bound they rest."""
-    norm = sqrt(c[at] * c[at] + c[at + 1] * c[at + 1] + c[at + 2] * c[at + 2])
-    if norm > most:
-        for k in range(at, at + 3):
-            c[k] *= most / norm
-            rate[k] = 0.0
-
-
-@jit
 def _rests(feedback: Any, settling: Any) -> bool:
     """Whether the displacement rests: near a target that stands, where dry friction would make it hunt."""
     if settling.stood < STOOD or feedback.tip_gap > LOUD:
@@ -102,7 +86,8 @@ def _rests(feedback: Any, settling: Any) -> bool:
 def correct(K: Any) -> None:
     """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
 
-    Where the lag of servos is learned this loop takes back what a measured tip shows, and nothing else. It
+    It takes back what a measured tip shows, and nothing else: what joints leave is taken back by what leads
+    them or by their own loops, of which one that is slower than this one would be chased. It
     rests while a sample is refused, while the whole arm is held, during a stop, near a target that stands,
     when the arm holds, and when it has swung for so long that it gives up. The task's own gains do not see c:
     its velocity and its acceleration are fed forward, so that kappa alone decides how fast the arm's error is
@@ -111,7 +96,7 @@ def correct(K: Any) -> None:
     """
     state, task, watch, feedback, settling = K.state, K.task, K.watch, K.feedback, K.settling
     c, rate, kappa, dt = feedback.c, feedback.c_rate, feedback.kappa, state.dt
-    share = 0.0 if K.monitor.on and not feedback.has_tip else 1.0
+    share = 1.0 if feedback.has_tip else 0.0
     feedback.displaced = 0
     for k in range(6):
         if c[k] != 0.0 or rate[k] != 0.0 or share * feedback.off[k] != 0.0:
@@ -131,9 +116,6 @@ def correct(K: Any) -> None:
         rate[k] += dt * change
         c[k] += dt * rate[k]
         feedback.push[k] = change + task.kv * rate[k] if state.level == ACCELERATION else rate[k]
-    if not feedback.has_tip:
-        _bounded(c, rate, 0, FARTHEST)
-        _bounded(c, rate, 3, LARGEST_TURN)
 
 
 @jit
