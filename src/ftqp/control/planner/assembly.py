@@ -15,7 +15,6 @@ from ftqp.control.planner.constraint_list import Constraints, row_names
 from ftqp.control.planner.filled_rows import refuse_asking
 from ftqp.control.planner.free_joint import KEPT_OF, FreeJoint
 from ftqp.control.planner.leading_plan import PlanLeading
-from ftqp.control.planner.mounted_robot import BrakingReserve
 from ftqp.control.planner.qp_solver import Solver
 from ftqp.control.planner.response.monitored import MonitorResponse
 from ftqp.control.planner.rollout_setup import RolloutSetup
@@ -45,7 +44,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.entry.planner_commands import LIMITS, PlannerCommands
+from ftqp.kernel.entry.planner_commands import LIMITS, PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import ArmSession, Memory, Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY
@@ -274,7 +273,7 @@ class Assembly:
             raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
         return self.surroundings
 
-    def refuse_looking_ahead(self, reserve: BrakingReserve | None) -> None:
+    def refuse_looking_ahead(self, reserve: ReserveSamples | None) -> None:
         """Refuse at once what ``n_minus_one`` would refuse when it looks ahead."""
         try:
             self.what_ifs(self.given.robot, {}, reserve)
@@ -284,27 +283,33 @@ class Assembly:
             ) from error
 
     def what_ifs(
-        self, robot: Robot, faults: dict[str, Fault], reserve: BrakingReserve | None
+        self, robot: Robot, faults: dict[str, Fault], reserve: ReserveSamples | None
     ) -> RolloutSetup:
         """What other arms like this one would begin with; nothing here changes."""
         refuse_asking(self.asking, "a batch", "make a planner without {them}")
+        self._refuse_foreign("a batch is compiled as a whole; make a planner with backend='active_set'")
+        if self.leading is not None:
+            raise InputError("this planner follows a plan, which a batch does not; make one without plan=")
         return RolloutSetup(
-            self.session, self.commands, robot, self.given, self.solver, reserve, faults, self.surroundings,
-            self.tasks, self.given.constraints,
-        )  # fmt: skip
+            self.session, self.commands, robot, self.given, self.tasks, self.surroundings, reserve, faults
+        )
 
-    def deployable(self, belief: Belief, reserve: BrakingReserve | None) -> Deployable:
+    def _refuse_foreign(self, why: str) -> None:
+        """Refuse a planner whose ticks are not the active set's, for somebody who has no other solver."""
+        if not self.solver.sizes_may_change:
+            raise InputError(
+                f"this planner is solved by {self.given.backend!r}, expected the backend 'active_set' and a "
+                f"scheme with a QP: {why}"
+            )
+
+    def deployable(self, belief: Belief, reserve: ReserveSamples | None) -> Deployable:
         """What the planner is without Python; nothing here changes."""
         if self.surroundings is not None and len(self.surroundings.scene.balls):
             raise InputError(
                 "the scene has a cloud of balls, which a library in C does not have; give what stands there "
                 "names, scene.add(...), or take the cloud away, scene.update(np.zeros((0, 4)))"
             )
-        if not self.solver.sizes_may_change:
-            raise InputError(
-                f"this planner is solved by {self.given.backend!r}, expected the backend 'active_set' and a "
-                "scheme with a QP: a library in C has no other solver"
-            )
+        self._refuse_foreign("a library in C has no other solver")
         if self.leading is not None:
             raise InputError("this planner follows a plan, which a library in C does not; leave the plan out")
         refuse_asking(self.asking, "a library in C", "leave {them} out")
@@ -316,7 +321,7 @@ class Assembly:
         copy = self.session.copy()
         copy.K.state.is_reset = 0
         memory, n = self.commands.on(copy).memory, self.given.robot.nv
-        rows = np.zeros((0, 2 * n)) if reserve is None else reserve.samples.rows
+        rows = np.zeros((0, 2 * n)) if reserve is None else reserve.rows
         memory["samples"] = len(rows)
         return Deployable(
             record=copy.memory,

@@ -10,13 +10,13 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from ftqp.control.planner.assembly import Assembly
-from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
+from ftqp.control.planner.mounted_robot import MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.stages import Tick
 from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
-from ftqp.kernel.entry.planner_commands import PlannerCommands
+from ftqp.kernel.entry.planner_commands import PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import WORD, ArmSession, Call, Session, bound
 from ftqp.model.payload import Payload
 
@@ -35,7 +35,7 @@ class Configuration:
     number: int  # Its own, which the call that writes it into the record leaves beside that
     belief: Belief  # Which joints have failed
     arm: MountedRobot  # The arm with its load and tool
-    reserve: BrakingReserve | None  # The deceleration that its motors have; None where torque is not limited
+    reserve: ReserveSamples | None  # The deceleration that its motors have; None where torque is not limited
     # Where the arm begins, q and v, (nv,) each; None before the first ``reset``
     start: tuple[FloatArray, FloatArray] | None = None
     speed: float = 1.0  # How fast the arm is led, in (0, 1] of full speed
@@ -54,7 +54,7 @@ class Configuration:
             self.belief.write(commands, None if before is None else before.belief)
             commands.believed()
         if before is None or believes or before.reserve is not self.reserve:
-            commands.count_on(None if self.reserve is None else self.reserve.samples)
+            commands.count_on(self.reserve)
         if self.start is not None and (before is None or before.start is not self.start):
             commands.start(*self.start)
 
