@@ -20,8 +20,8 @@ from ftqp.control.planner.response.monitored import MonitorResponse
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.planner.stages import CLOCK, FREE, Stage, Tick, staged
-from ftqp.control.planner.start import Degrading, Rest, StartWatch, allow
-from ftqp.control.planner.step import Step, parts_of_free
+from ftqp.control.planner.start import Rest, StartWatch, allow
+from ftqp.control.planner.step import Step, parts_in, parts_of_free
 from ftqp.control.planner.step_parts import StepHeader
 from ftqp.control.planner.task_list import TaskList, held_rows
 from ftqp.control.planner.ways.security_watch import SecurityWatch
@@ -202,11 +202,11 @@ class Assembly:
             self.surroundings = around
         self.tasks = TaskList(session, self.commands, robot, soft, given.level, given.dt, given.target)
         self.said = StepHeader(int(session.K.cascade.status))
-        self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
+        labels, parts = self.tasks.named(asked, around, task), parts_in(session, robot.nv)
+        self.out = Step(session, robot.joints, parts, self.said, labels)
         self.loop = ArmLoop(session, self.commands, robot, around)
         self.constraints = Constraints(session, robot, constraints, self.loop.stop)
-        self.degrading = Degrading(session, task.kept_sets)
-        self.rest = Rest(session, self.degrading, robot)
+        self.rest = Rest(session, task.kept_sets, robot)
         self.free = FreeJoint(session, robot, parts_of_free(session, robot.nv)) if solver.has_qp else None
         self.leading = None if given.plan is None else PlanLeading(given.plan, session, robot)
         self.response: MonitorResponse | None = None
@@ -216,11 +216,11 @@ class Assembly:
         seconds, ahead = given.remember, given.n_minus_one
         self.remembered = None if seconds is None else Remembered(session, robot.nv, seconds, given.dt)
         self.watch = None if ahead is None else SecurityWatch(ahead, session, robot, given.dt, what_ifs)
-        parts = (
-            self.watch, self.tasks, self.constraints, solver, self.leading, self.degrading, self.free,
+        members = (
+            self.watch, self.tasks, self.constraints, solver, self.leading, self.rest, self.free,
             self.response, around, self.remembered, StartWatch(session.K, around),
         )  # fmt: skip
-        self.stages: tuple[Stage, ...] = tuple(part.stage for part in parts if part is not None)
+        self.stages: tuple[Stage, ...] = tuple(one.stage for one in members if one is not None)
         self.tick = self._ordinary = solver.tick(CLOCK)
         self.fast: Tick | None = None
 

@@ -1,6 +1,7 @@
 """What is read of a step, and the names of what it is about."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple, final
 
@@ -20,13 +21,12 @@ RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 
 @final
+@dataclass(slots=True)
 class StepHeader:
     """What a planner writes of each step, beside the record."""
 
-    __slots__ = ("code", "duration")
-
-    def __init__(self, code: int, duration: float | None = None) -> None:
-        self.code, self.duration = code, duration
+    code: int
+    duration: float | None = None
 
 
 class Reference(NamedTuple):
