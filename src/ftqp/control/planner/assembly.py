@@ -164,12 +164,7 @@ class Deployable:
 class Assembly:
     """A planner's record and parts, each with a public interface of its own.
 
-    Attributes:
-        stages: What the parts do in a planner's life, in their order.
-        out: The step that the planner gives back.
-        said: What the planner writes of each step.
-        tick: The tick that the clock leads now.
-        fast: The same where nothing else takes part in it.
+    ``tick`` is led by the clock, and ``fast`` is the same where nothing else takes part in it.
     """
 
     def __init__(

@@ -98,10 +98,6 @@ class Draft:
 
     Words that the change leaves alone stay as they are, whoever has written them meanwhile. Planners of as
     many joints have one in common, which is taken for as long as a change lasts.
-
-    Attributes:
-        K: The rooms of the copy.
-        orders: The orders on the copy.
     """
 
     free: ClassVar[dict[int, list["Draft"]]] = {}
@@ -157,9 +153,7 @@ def write_call(changes: Sequence[tuple[Any, Any]]) -> Call:
 class CurrentConfiguration:
     """The configuration that a planner's record was written with, and what puts another one in its place.
 
-    Args:
-        parts: The planner's record and parts.
-        lead: Takes the tick that steps may call at once, or None: a step has to ask this object first.
+    ``lead`` takes the tick that steps may call at once, or None: a step has to ask this object first.
     """
 
     def __init__(self, parts: Assembly, lead: Callable[[Tick | None], None]) -> None:

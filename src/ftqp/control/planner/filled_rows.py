@@ -66,11 +66,8 @@ class Filled(NamedTuple):
 class FilledRows:
     """Asks the user's functions for their rows; those of one that fails are empty in that tick.
 
-    Args:
-        seen: What they are shown.
-        neutral: The posture at which each is tried at rest when a planner is made, (nv,).
-        all_of_them: The functions.
-        tell: Hears in every tick what is wrong with one, by its name; nothing where it is good.
+    Each is tried at rest at ``neutral`` when a planner is made. In every tick ``tell`` hears what is wrong
+    with one, by its name, or nothing.
     """
 
     __slots__ = ("_all", "_seen", "_slow", "_tell")

@@ -45,12 +45,7 @@ class JointMotion:
     """The motion of the joints of a planner to a posture; whoever leads the planner's joints makes it.
 
     It is planned from the last command, so that position and velocity go on without a jump, within the
-    limits that are believed.
-
-    Attributes:
-        memory: What the kernel reads of the motion.
-        goal: The posture to go to, (nv,) [rad or m].
-        too_heavy: The joint whose motor cannot hold the arm farther on the way; None where all can.
+    limits that are believed. ``too_heavy`` names the joint that cannot hold the arm farther on the way.
     """
 
     def __init__(

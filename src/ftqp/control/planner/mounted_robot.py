@@ -30,12 +30,7 @@ SEED = 20170511
 class MountedRobot:
     """A bare robot and what is mounted on it; it never changes, another one takes its place.
 
-    Attributes:
-        robot: The robot as it is fitted.
-        bare: The robot with neither load nor tool.
-        place: The controlled point in the frame of its tip, (4, 4); None is that tip.
-        payload: The load; None is none.
-        load: The same as the kernel is told of it.
+    ``place`` is the controlled point in the frame of the bare robot's tip, (4, 4), None that tip.
     """
 
     __slots__ = ("bare", "load", "payload", "place", "robot")

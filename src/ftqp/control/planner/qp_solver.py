@@ -104,11 +104,7 @@ IN_KERNEL: Final = "active_set"
 
 @final
 class Solver:
-    """One way to solve the QPs of one planner, whoever leads it.
-
-    Attributes:
-        rich: Whether a tick has directional damping or a gradient of the manipulability.
-    """
+    """One way to solve the QPs of one planner, whoever leads it."""
 
     def __init__(
         self,
@@ -121,6 +117,7 @@ class Solver:
     ) -> None:
         self._session = session
         K = session.K
+        # whether a tick has directional damping or a gradient of the manipulability
         self.rich = bool(K.criteria.manipulability != 0.0 or K.turned.factor > 0.0)
         self._cold = True
         self._backend: Backend | None = None

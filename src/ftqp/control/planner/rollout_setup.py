@@ -19,12 +19,7 @@ from ftqp.model.robot import Robot
 class RolloutSetup:
     """A copy of what a planner knows, as after a reset, and what becomes of its beliefs.
 
-    Attributes:
-        session: What every arm begins with; ``commands`` are its own.
-        reported: The faults that the planner believes in.
-        samples: What its braking reserve is known by; None where torque is not limited.
-        around: What it keeps clear of; None is nothing.
-        return_to_start: Whether the scheme draws each arm to a posture, and that is its own start.
+    Every arm begins with ``session``, and goes back to its own start where ``return_to_start``.
     """
 
     def __init__(

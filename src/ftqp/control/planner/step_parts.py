@@ -192,11 +192,6 @@ class TaskReports(Mapping[str, TaskReport]):
     """The reports of a step by the names of its tasks, each made when it is looked up.
 
     The task of the tip goes by the name of its frame, and by ``tip``.
-
-    Args:
-        names: Of the tasks.
-        tip: What the task of the tip is called; None leaves it out.
-        report: What makes one.
     """
 
     __slots__ = ("_names", "_report", "_tip")

@@ -34,16 +34,10 @@ class Continuations:
 
 
 class ContinuationStudy:
-    """Continuations along one path.
+    """Continuations along one path, whose samples are (N + 1, 4, 4) goals at a distance of ``dt`` [s].
 
-    Args:
-        session: Studies of the arm with the task's rows; it is copied.
-        goals: Poses of all samples, (N + 1, 4, 4).
-        dt: The time between samples [s].
-        q_min, q_max, v_max: Limits, (n,).
-        a_max: Decelerations with which a joint that fails brakes, (n,) [rad/s2 or m/s2].
-        near: The error of position from which on a bounded continuation is lost [m].
-        turned: The same of rotation [rad].
+    The session, studies of the arm with the task's rows, is copied. A joint that fails brakes with ``a_max``,
+    and bounded continuations are lost beyond the errors ``near`` [m] and ``turned`` [rad].
     """
 
     def __init__(
@@ -82,15 +76,10 @@ class ContinuationStudy:
     ) -> Continuations:
         """How continuations end, on all cores; the result does not depend on how they are shared out.
 
-        Args:
-            q: Configurations at the failure, (k, n) [rad or m].
-            samples: Samples of the failures, (k,).
-            failed: The joint that fails, (k,), or two of them, (k, 2), -1 for none.
-            speed: With which they begin to brake, of the shape of ``failed``; None locks them at once.
-            bounded: Whether by bounded QPs; else the joints left must be as many as rows.
-            whole: Whether a bounded continuation that is lost is followed to the end all the same.
-            share: What is left of the speed limit of joints that are degraded; None: they are locked.
-            threads: How many; None is ``thread_count``.
+        They begin at q, (k, n), at samples, (k,), as one joint fails, (k,), or two, (k, 2), -1 for none: at a
+        ``speed`` of theirs they brake, else they are locked at once; with a ``share`` of their speed limits
+        left they go on. They are ``bounded`` by QPs and then, where ``whole``, followed to the end although
+        lost; else the joints left must be as many as rows.
         """
         return self._followed(q, samples, failed, speed, bounded, whole, share, threads, None)
 
@@ -118,8 +107,7 @@ class ContinuationStudy:
     ) -> tuple[FloatArray, IntArray, FloatArray]:
         """Motions along the path from starts, (k, n), at self-motion speeds of each sample, (k, N) [rad/s].
 
-        Returns:
-            q (k, N + 1, n), NaN behind the last sample that was reached; last samples (k,); errors (k,) [m].
+        q (k, N + 1, n), NaN behind the last sample that was reached; last samples (k,); errors (k,) [m].
         """
         starts, speeds = np.asarray(starts, dtype=np.float64), np.array(speeds, dtype=np.float64, order="C")
         count, samples = len(starts), len(self._goals)

@@ -39,13 +39,7 @@ class Followed:
 
 
 class LawStudy:
-    """Runs and lines of one arm with one goal.
-
-    Args:
-        session: Studies of the arm with the goal set; it is copied.
-        M: The inverse of the weights, (n, n).
-        unit: The mean length of a link [m].
-    """
+    """Runs and lines of one arm with one goal; M is the inverse of the weights, ``unit`` a link [m]."""
 
     def __init__(self, session: StudySession, M: FloatArray, unit: float) -> None:
         self._session = session.copy()

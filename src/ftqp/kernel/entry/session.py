@@ -130,11 +130,7 @@ def share_out(
 
 
 class Session:
-    """A planner's record.
-
-    Attributes:
-        K: The rooms of the record, by attribute.
-    """
+    """A planner's record, and its rooms by attribute, ``K``."""
 
     def __init__(self, joints: int) -> None:
         check_joints(joints)
@@ -214,15 +210,8 @@ class Session:
 class Memory:
     """A record beside a planner's: of what leads it, of servos, of a joint that swings freely, and the like.
 
-    Args:
-        kind: Its name in the layout.
-        table: The intervals of a path, (rows, 50).
-
-    Attributes:
-        kind: Its name in the layout.
-        memory: The record, (1,).
-        fields: Its fields, by attribute.
-        table: The intervals of a path, (rows, 50); else empty.
+    ``kind`` is its name in the layout, ``fields`` has its fields by attribute, and a path has a ``table`` of
+    its intervals, (rows, 50).
     """
 
     def __init__(self, kind: str, table: Any = ()) -> None:
@@ -246,15 +235,9 @@ class Memory:
 
 
 class ArmSession:
-    """Kinematics and dynamics of one arm, apart from any planner.
+    """Kinematics and dynamics of one arm, apart from any planner, in the rooms of its own ``K``.
 
-    Args:
-        constants: Those of the chain, by the argument names of ``load_chain``.
-
-    Attributes:
-        memory: The record, (1,).
-        K: The rooms ``state``, ``kinematics`` and ``chain``.
-        joints: Its joints by number.
+    The constants of its chain go by the argument names of ``load_chain``.
     """
 
     def __init__(self, constants: dict[str, Any]) -> None:

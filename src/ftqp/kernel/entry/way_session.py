@@ -28,15 +28,9 @@ class Met(NamedTuple):
 
 @final
 class WaySession:
-    """One search, whose same looks give the same way.
+    """One search, whose same looks give the same way; its room is ``W``.
 
-    Args:
-        session: The planner's.
-        whole: How many capsules of its scene are bodies, and not ends of them.
-
-    Attributes:
-        W: The room of the search, by attribute.
-        n: How many joints there are.
+    ``whole`` of the capsules of the planner's scene are bodies, and not ends of them.
     """
 
     def __init__(self, session: Session, whole: int) -> None:
