@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,16 +10,8 @@ from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.model.audit import Finding, unsafe, warning
 from ftqp.model.limits import JointLimits
 
-
-class Led(Protocol):
-    """Leader, ratio and offset of every joint, (nv,) each, as an ``ftqp.model.chain.Chain`` has them."""
-
-    @property
-    def lead(self) -> IntArray: ...
-    @property
-    def ratio(self) -> FloatArray: ...
-    @property
-    def offset(self) -> FloatArray: ...
+if TYPE_CHECKING:
+    from ftqp.model.chain import Chain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +58,7 @@ def _why_not(name: str, follower: Follower, followers: Mapping[str, Follower]) -
     return ""
 
 
-def followers_of(names: Sequence[str], chain: Led) -> dict[str, Follower]:
+def followers_of(names: Sequence[str], chain: "Chain") -> dict[str, Follower]:
     """The joints that follow others, by name."""
     return {
         names[i]: Follower(leader=names[l], ratio=float(chain.ratio[i]), offset=float(chain.offset[i]))
@@ -75,12 +67,12 @@ def followers_of(names: Sequence[str], chain: Led) -> dict[str, Follower]:
     }
 
 
-def is_led(chain: Led) -> BoolArray:
+def is_led(chain: "Chain") -> BoolArray:
     """Which joints follow another one, (nv,)."""
     return np.asarray(chain.lead != np.arange(len(chain.lead)))
 
 
-def led_joints(chain: Led) -> list[tuple[int, int, float, float]]:
+def led_joints(chain: "Chain") -> list[tuple[int, int, float, float]]:
     """Each joint that follows another one: itself, its leader, ratio and offset."""
     return [
         (m, int(chain.lead[m]), float(chain.ratio[m]), float(chain.offset[m]))
@@ -88,13 +80,13 @@ def led_joints(chain: Led) -> list[tuple[int, int, float, float]]:
     ]
 
 
-def coupled_places(chain: Led, q: FloatArray) -> FloatArray:
+def coupled_places(chain: "Chain", q: FloatArray) -> FloatArray:
     """Positions (..., nv) with every follower where its leader puts it [rad or m]."""
     led = is_led(chain)
     return np.where(led, chain.ratio * q[..., chain.lead] + chain.offset, q) if led.any() else q
 
 
-def coupled_columns(chain: Led, J: FloatArray) -> FloatArray:
+def coupled_columns(chain: "Chain", J: FloatArray) -> FloatArray:
     """J E: columns of followers, (..., nv), added to those of their leaders, and zero themselves."""
     led = np.flatnonzero(is_led(chain))
     if not led.size:
@@ -106,7 +98,7 @@ def coupled_columns(chain: Led, J: FloatArray) -> FloatArray:
     return J
 
 
-def coupled_square(chain: Led, M: FloatArray) -> FloatArray:
+def coupled_square(chain: "Chain", M: FloatArray) -> FloatArray:
     """E'M E of a matrix of the joints, (nv, nv)."""
     return coupled_columns(chain, coupled_columns(chain, M).T).T
 
@@ -135,7 +127,7 @@ def follower_findings(
 
 
 def coupled_limits(
-    names: Sequence[str], chain: Led, limits: JointLimits
+    names: Sequence[str], chain: "Chain", limits: JointLimits
 ) -> tuple[JointLimits, list[Finding]]:
     """Limits with those of followers folded into their leaders', and what is wrong with them.
 
@@ -143,14 +135,13 @@ def coupled_limits(
     and jerk with which they are within theirs; those of a follower are then the images of the leader's. A
     limit that a follower does not have, NaN or no number above 0, is none; its torque is its leader's.
     """
-    led = np.flatnonzero(is_led(chain)).tolist()
+    led = led_joints(chain)
     if not led:
         return limits, []
     all_of = {field.name: np.array(getattr(limits, field.name)) for field in fields(JointLimits)}
     low, high, found = all_of["q_min"], all_of["q_max"], list[Finding]()
     rates = [all_of[name] for name in ("v_max", "a_max", "j_max")]
-    for m in led:
-        l, ratio, offset = int(chain.lead[m]), float(chain.ratio[m]), float(chain.offset[m])
+    for m, l, ratio, offset in led:
         own = np.where(np.isnan([low[m], high[m]]), [-np.inf, np.inf], [low[m], high[m]])
         ends = np.sort((own - offset) / ratio)
         low[l], high[l] = max(low[l], ends[0]), min(high[l], ends[1])
@@ -164,8 +155,7 @@ def coupled_limits(
         for rate in rates:
             own_rate = rate[m] if rate[m] > 0.0 else np.inf
             rate[l] = min(rate[l], own_rate / abs(ratio))
-    for m in led:
-        l, ratio, offset = int(chain.lead[m]), float(chain.ratio[m]), float(chain.offset[m])
+    for m, l, ratio, offset in led:
         low[m], high[m] = np.sort(ratio * np.array([low[l], high[l]]) + offset)
         for rate in rates:
             rate[m] = abs(ratio) * rate[l]
