@@ -73,32 +73,48 @@ class ContinuationStudy:
         whole: bool = False,
         share: float | None = None,
         threads: int | None = None,
+        path: FloatArray | None = None,
     ) -> Continuations:
         """How continuations end, on all cores; the result does not depend on how they are shared out.
 
         They begin at q, (k, n), at samples, (k,), as one joint fails, (k,), or two, (k, 2), -1 for none: at a
         ``speed`` of theirs they brake, else they are locked at once; with a ``share`` of their speed limits
         left they go on. They are ``bounded`` by QPs and then, where ``whole``, followed to the end although
-        lost; else the joints left must be as many as rows.
+        lost; else the joints left must be as many as rows. The samples of one that is alone go into ``path``.
         """
-        return self._followed(q, samples, failed, speed, bounded, whole, share, threads, None)
+        q, samples = np.ascontiguousarray(q, dtype=np.float64), np.ascontiguousarray(samples, dtype=np.int64)
+        k, last = len(q), len(self._goals) - 1
+        joints, speeds = np.full((k, FAILED_JOINTS), -1, np.int64), np.zeros((k, FAILED_JOINTS))
+        failed = np.asarray(failed, dtype=np.int64).reshape(k, -1)
+        joints[:, : failed.shape[1]] = failed
+        if speed is not None:
+            speeds[:, : failed.shape[1]] = np.asarray(speed, dtype=np.float64).reshape(k, -1)
+        self._check(q, samples, joints, exact=not bounded)
+        facts = np.zeros((k, FACTS))
+        given = self._goals, q, samples, joints, speeds, facts, path
+        things = k, last + 1, int(path is not None), int(bounded), *given
 
-    def motion(
-        self,
-        q: Any,
-        sample: int,
-        failed: Any,
-        *,
-        speed: Any = None,
-        bounded: bool = False,
-        whole: bool = False,
-        share: float | None = None,
-    ) -> FloatArray:
+        def work(first: int, last: int) -> None:
+            session, memory = self._session.copy(), self._memory.copy()
+            C: Any = rooms(memory)
+            C.near, C.turned = self._tolerances if bounded else (EXACT_ERROR, EXACT_ERROR)
+            C.whole, C.share = whole, LOCKED if share is None else share
+            session.bind("continuations", memory, *things, first, last)()
+
+        share_out(work, k, threads)
+        status, sample, position, rotation, margin, hurry, clearance = facts.T.copy()
+        return Continuations(
+            status=status.astype(np.int64), sample=sample.astype(np.int64), position=position,
+            rotation=rotation, margin=np.where(margin > 1e299, np.inf, margin), hurry=hurry,
+            clearance=clearance,
+        )  # fmt: skip
+
+    def motion(self, q: Any, sample: int, failed: Any, *, speed: Any = None, **how: Any) -> FloatArray:
         """The samples of one continuation, as in ``runs``, (N + 1 - sample, n), NaN behind its end."""
         path = np.full((len(self._goals), self._session.nv), np.nan)
-        speeds = None if speed is None else np.atleast_1d(speed)[None]
-        one = np.asarray(q)[None], [sample], np.atleast_1d(failed)[None], speeds
-        self._followed(*one, bounded, whole, share, 1, path)
+        speed = None if speed is None else np.atleast_1d(speed)[None]
+        one = np.asarray(q)[None], [sample], np.atleast_1d(failed)[None]
+        self.runs(*one, speed=speed, threads=1, path=path, **how)
         path[0] = q
         return path[: len(self._goals) - sample]
 
@@ -126,37 +142,6 @@ class ContinuationStudy:
 
         share_out(work, count, threads)
         return q, facts[:, 0].astype(np.int64), facts[:, 1].copy()
-
-    def _followed(
-        self, q: Any, samples: Any, failed: Any, speed: Any, bounded: bool, whole: bool, share: float | None,
-        threads: int | None, path: FloatArray | None,
-    ) -> Continuations:  # fmt: skip
-        q, samples = np.ascontiguousarray(q, dtype=np.float64), np.ascontiguousarray(samples, dtype=np.int64)
-        k, last = len(q), len(self._goals) - 1
-        joints, speeds = np.full((k, FAILED_JOINTS), -1, np.int64), np.zeros((k, FAILED_JOINTS))
-        failed = np.asarray(failed, dtype=np.int64).reshape(k, -1)
-        joints[:, : failed.shape[1]] = failed
-        if speed is not None:
-            speeds[:, : failed.shape[1]] = np.asarray(speed, dtype=np.float64).reshape(k, -1)
-        self._check(q, samples, joints, exact=not bounded)
-        facts = np.zeros((k, FACTS))
-        given = self._goals, q, samples, joints, speeds, facts, path
-        things = k, last + 1, int(path is not None), int(bounded), *given
-
-        def work(first: int, last: int) -> None:
-            session, memory = self._session.copy(), self._memory.copy()
-            C: Any = rooms(memory)
-            C.near, C.turned = self._tolerances if bounded else (EXACT_ERROR, EXACT_ERROR)
-            C.whole, C.share = whole, LOCKED if share is None else share
-            session.bind("continuations", memory, *things, first, last)()
-
-        share_out(work, k, threads)
-        status, sample, position, rotation, margin, hurry, clearance = facts.T.copy()
-        return Continuations(
-            status=status.astype(np.int64), sample=sample.astype(np.int64), position=position,
-            rotation=rotation, margin=np.where(margin > 1e299, np.inf, margin), hurry=hurry,
-            clearance=clearance,
-        )  # fmt: skip
 
     def _check(self, q: FloatArray, samples: IntArray, failed: IntArray, *, exact: bool) -> None:
         n, m, k, last = self._session.nv, self._session.m, len(q), len(self._goals) - 1

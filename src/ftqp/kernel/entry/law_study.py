@@ -1,6 +1,7 @@
 """The point-to-point law on any arm from Python: runs after failures, and lines of the healthy arm."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -52,9 +53,7 @@ class LawStudy:
 
     def copy(self) -> "LawStudy":
         """A study of its own of the same: one for each thread."""
-        other = LawStudy.__new__(LawStudy)
-        other.__setstate__(self.__getstate__())
-        return other
+        return copy(self)
 
     def runs(self, starts: FloatArray, locked: IntArray, **options: float) -> tuple[Any, Any, Any]:
         """Endings (R,), ends (R, n) [rad or m], and way [rad or m], time of success [s] and steps, (R, 3).

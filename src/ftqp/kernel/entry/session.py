@@ -7,6 +7,7 @@ Whoever drives the kernel from Python holds a session, reads and writes its room
 import os
 from _thread import start_new_thread
 from collections.abc import Callable, Sequence
+from copy import copy
 from functools import cached_property, partial
 from itertools import pairwise
 from queue import Empty, SimpleQueue
@@ -162,9 +163,7 @@ class Session:
 
     def copy(self) -> "Session":
         """A session of its own that holds the same, with the scene as it is now for good."""
-        other = Session.__new__(Session)
-        other.__setstate__(self.__getstate__())
-        return other
+        return copy(self)
 
     @property
     def _balls(self) -> tuple[FloatArray, ...]:

@@ -4,6 +4,7 @@ Configurations are (k, nv) or (nv,) [rad or m]; lengths are in metres.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,9 +94,7 @@ class StudySession:
 
     def copy(self) -> "StudySession":
         """A session of its own that holds the same."""
-        other = StudySession.__new__(StudySession)
-        other.__setstate__(self.__getstate__())
-        return other
+        return copy(self)
 
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""

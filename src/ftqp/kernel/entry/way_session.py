@@ -135,14 +135,11 @@ class WaySession:
 
     def search_step(self, looks: int) -> WayStage:
         """Search for about so many looks."""
-        stage = self._search_step(looks)
+        table, raw = self._table, self._raw
+        stage = WayStage(self._bind("search_step", looks, table, raw, len(table))())
         if stage is WayStage.SAMPLING:
             self._table, self._raw = (np.zeros((int(self.W.ticks), self.n)) for _ in range(2))
         return stage
-
-    def _search_step(self, looks: int) -> WayStage:
-        table, raw = self._table, self._raw
-        return WayStage(self._bind("search_step")(looks, table.ctypes.data, raw.ctypes.data, len(table)))
 
     def prove_again(self, table: FloatArray, first: int) -> None:
         """Prove what is left of a motion, from a tick on, in the scene as the planner has it now."""

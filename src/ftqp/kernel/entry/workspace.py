@@ -56,15 +56,6 @@ class Workspace:
         """Changes of the working set in the last solve."""
         return int(self._Q.iterations)
 
-    @property
-    def tolerance(self) -> float:
-        """Largest violation of a bound or row that counts as none."""
-        return float(self._Q.tolerance)
-
-    @tolerance.setter
-    def tolerance(self, value: float) -> None:
-        self._Q.tolerance = value
-
 
 def solve_networks(
     problems: FloatArray,
