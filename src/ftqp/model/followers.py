@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -10,8 +10,16 @@ from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.model.audit import Finding, unsafe, warning
 from ftqp.model.limits import JointLimits
 
-if TYPE_CHECKING:
-    from ftqp.model.chain import Chain
+
+class Led(Protocol):
+    """Leader, ratio and offset of every joint, (nv,) each, as an ``ftqp.model.chain.Chain`` has them."""
+
+    @property
+    def lead(self) -> IntArray: ...
+    @property
+    def ratio(self) -> FloatArray: ...
+    @property
+    def offset(self) -> FloatArray: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +66,7 @@ def _why_not(name: str, follower: Follower, followers: Mapping[str, Follower]) -
     return ""
 
 
-def followers_of(names: Sequence[str], chain: "Chain") -> dict[str, Follower]:
+def followers_of(names: Sequence[str], chain: Led) -> dict[str, Follower]:
     """The joints that follow others, by name."""
     return {
         names[i]: Follower(leader=names[l], ratio=float(chain.ratio[i]), offset=float(chain.offset[i]))
@@ -67,12 +75,12 @@ def followers_of(names: Sequence[str], chain: "Chain") -> dict[str, Follower]:
     }
 
 
-def is_led(chain: "Chain") -> BoolArray:
+def is_led(chain: Led) -> BoolArray:
     """Which joints follow another one, (nv,)."""
     return np.asarray(chain.lead != np.arange(len(chain.lead)))
 
 
-def led_joints(chain: "Chain") -> list[tuple[int, int, float, float]]:
+def led_joints(chain: Led) -> list[tuple[int, int, float, float]]:
     """Each joint that follows another one: itself, its leader, ratio and offset."""
     return [
         (m, int(chain.lead[m]), float(chain.ratio[m]), float(chain.offset[m]))
@@ -80,13 +88,13 @@ def led_joints(chain: "Chain") -> list[tuple[int, int, float, float]]:
     ]
 
 
-def coupled_places(chain: "Chain", q: FloatArray) -> FloatArray:
+def coupled_places(chain: Led, q: FloatArray) -> FloatArray:
     """Positions (..., nv) with every follower where its leader puts it [rad or m]."""
     led = is_led(chain)
     return np.where(led, chain.ratio * q[..., chain.lead] + chain.offset, q) if led.any() else q
 
 
-def coupled_columns(chain: "Chain", J: FloatArray) -> FloatArray:
+def coupled_columns(chain: Led, J: FloatArray) -> FloatArray:
     """J E: columns of followers, (..., nv), added to those of their leaders, and zero themselves."""
     led = np.flatnonzero(is_led(chain))
     if not led.size:
@@ -98,7 +106,7 @@ def coupled_columns(chain: "Chain", J: FloatArray) -> FloatArray:
     return J
 
 
-def coupled_square(chain: "Chain", M: FloatArray) -> FloatArray:
+def coupled_square(chain: Led, M: FloatArray) -> FloatArray:
     """E'M E of a matrix of the joints, (nv, nv)."""
     return coupled_columns(chain, coupled_columns(chain, M).T).T
 
@@ -127,7 +135,7 @@ def follower_findings(
 
 
 def coupled_limits(
-    names: Sequence[str], chain: "Chain", limits: JointLimits
+    names: Sequence[str], chain: Led, limits: JointLimits
 ) -> tuple[JointLimits, list[Finding]]:
     """Limits with those of followers folded into their leaders', and what is wrong with them.
 
