@@ -61,7 +61,7 @@ class Ticks:
         n, limits = robot.nv, K.limits
         limits.dynamic = torque_limits or criterion.needs_inertia or self.belief.needs_dynamics
         reserve = braking_reserve(robot) if torque_limits else None
-        share = 1.0 if reserve is None else reserve.share(limits.a_max[:n], limits.tau_max[:n])
+        share = 1.0 if reserve is None else reserve.shares(limits.a_max[:n], limits.tau_max[:n])[0]
         limits.a_brake[:n] = share * limits.a_max[:n]
         self.rich = bool(K.criteria.manipulability != 0.0 or K.turned.factor > 0.0)
         self.step: Any = None

@@ -195,7 +195,7 @@ def interval_session(planner: ftqp.Planner) -> Session:
     limits = session.K.limits
     Belief(robot).write(commands_on(session, robot))
     a_max, tau_max = robot.limits.a_max, robot.limits.tau_max
-    limits.a_brake[: robot.nv] = braking_reserve(robot).share(a_max, tau_max) * a_max
+    limits.a_brake[: robot.nv] = braking_reserve(robot).shares(a_max, tau_max)[0] * a_max
     return session
 
 

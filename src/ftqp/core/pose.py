@@ -71,6 +71,13 @@ def rotation_exp(w: FloatArray) -> FloatArray:
     return rotation
 
 
+def rotation_to(z: FloatArray) -> FloatArray:
+    """A rotation (3, 3) whose third column is the unit vector z."""
+    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
 def rotation_x(angle: float) -> FloatArray:
     """Rotation about x, (3, 3)."""
     return rotation_exp(np.array([angle, 0.0, 0.0]))

@@ -71,7 +71,7 @@ class Belief:
             case FreeSwinging():
                 self._robot.refuse_tree(SWINGS)
             case Degraded():
-                self._range(i, fault)
+                self._refuse_empty_range(i, fault)
             case _:
                 not_served(fault, "the planner")
         return self if self._faults.get(i) == fault else self._but(self._faults | {i: fault})
@@ -109,8 +109,8 @@ class Belief:
             case _:
                 return led
 
-    def _range(self, i: int, fault: Degraded) -> tuple[float, float]:
-        """What is left of the range of joint i."""
+    def _refuse_empty_range(self, i: int, fault: Degraded) -> None:
+        """Refuse a fault that leaves nothing of the range of joint i."""
         limits = self._robot.limits
         low = limits.q_min[i] if fault.q_min is None else max(fault.q_min, limits.q_min[i])
         high = limits.q_max[i] if fault.q_max is None else min(fault.q_max, limits.q_max[i])
@@ -119,7 +119,6 @@ class Belief:
                 f"the range left of {self._robot.joints[i]} is empty: [{low:g}, {high:g}]; "
                 f"its healthy range is [{limits.q_min[i]:g}, {limits.q_max[i]:g}]"
             )
-        return float(low), float(high)
 
 
 def fault_record(i: int, fault: Fault | None) -> Any:

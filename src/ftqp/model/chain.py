@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, numbers, read_only
 from ftqp.core.errors import InputError, ModelError
-from ftqp.core.pose import transform
+from ftqp.core.pose import rotation_to, transform
 from ftqp.kernel.layout.enums import JOINTS
 from ftqp.model.followers import Follower, is_led, leads_of
 
@@ -203,13 +203,6 @@ def axis_rotation(joint: Any) -> FloatArray:
     if known[-1] in ALIGNED:
         return ALIGNED[known[-1]]
     return rotation_to(slanted_axis(joint))
-
-
-def rotation_to(z: FloatArray) -> FloatArray:
-    """A rotation (3, 3) whose third column is the unit vector z."""
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
 
 
 def slanted_axis(joint: Any) -> FloatArray:

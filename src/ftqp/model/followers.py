@@ -143,14 +143,13 @@ def coupled_limits(
     and jerk with which they are within theirs; those of a follower are then the images of the leader's. A
     limit that a follower does not have, NaN or no number above 0, is none; its torque is its leader's.
     """
-    led = np.flatnonzero(is_led(chain)).tolist()
+    led = led_joints(chain)
     if not led:
         return limits, []
     all_of = {field.name: np.array(getattr(limits, field.name)) for field in fields(JointLimits)}
     low, high, found = all_of["q_min"], all_of["q_max"], list[Finding]()
     rates = [all_of[name] for name in ("v_max", "a_max", "j_max")]
-    for m in led:
-        l, ratio, offset = int(chain.lead[m]), float(chain.ratio[m]), float(chain.offset[m])
+    for m, l, ratio, offset in led:
         own = np.where(np.isnan([low[m], high[m]]), [-np.inf, np.inf], [low[m], high[m]])
         ends = np.sort((own - offset) / ratio)
         low[l], high[l] = max(low[l], ends[0]), min(high[l], ends[1])
@@ -164,8 +163,7 @@ def coupled_limits(
         for rate in rates:
             own_rate = rate[m] if rate[m] > 0.0 else np.inf
             rate[l] = min(rate[l], own_rate / abs(ratio))
-    for m in led:
-        l, ratio, offset = int(chain.lead[m]), float(chain.ratio[m]), float(chain.offset[m])
+    for m, l, ratio, offset in led:
         low[m], high[m] = np.sort(ratio * np.array([low[l], high[l]]) + offset)
         for rate in rates:
             rate[m] = abs(ratio) * rate[l]

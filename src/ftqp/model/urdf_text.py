@@ -17,7 +17,8 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.model.chain import Chain, ends_of, rotation_to
+from ftqp.core.pose import rotation_to
+from ftqp.model.chain import Chain, ends_of
 from ftqp.model.limits import JointLimits
 from ftqp.model.reading.urdf import SYMMETRIC
 from ftqp.model.shape import reach_of

@@ -396,7 +396,7 @@ class ByPlanner:
             scene=None if around is None else around.scene,
             clearance=None if around is None else around.clearance,
             tasks=[one.given for one in self._what_ifs.tasks.values()],
-            constraints=self._what_ifs.constraints,
+            constraints=given.constraints,
         )  # fmt: skip
         for name, one in self._what_ifs.tasks.items():
             planner.tasks[name].weight = one.weight

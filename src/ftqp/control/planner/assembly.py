@@ -15,14 +15,13 @@ from ftqp.control.planner.constraint_list import Constraints, row_names
 from ftqp.control.planner.filled_rows import refuse_asking
 from ftqp.control.planner.free_joint import KEPT_OF, FreeJoint
 from ftqp.control.planner.leading_plan import PlanLeading
-from ftqp.control.planner.mounted_robot import BrakingReserve
 from ftqp.control.planner.qp_solver import Solver
 from ftqp.control.planner.response.monitored import MonitorResponse
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.planner.stages import CLOCK, FREE, Stage, Tick, staged
-from ftqp.control.planner.start import Degrading, Rest, StartWatch, allow
-from ftqp.control.planner.step import Step, parts_of_free
+from ftqp.control.planner.start import Rest, StartWatch, allow
+from ftqp.control.planner.step import Step, parts_in, parts_of_free
 from ftqp.control.planner.step_parts import StepHeader
 from ftqp.control.planner.task_list import TaskList, held_rows
 from ftqp.control.planner.ways.security_watch import SecurityWatch
@@ -45,7 +44,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.entry.planner_commands import LIMITS, PlannerCommands
+from ftqp.kernel.entry.planner_commands import LIMITS, PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import ArmSession, Memory, Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY
@@ -167,12 +166,7 @@ class Deployable:
 class Assembly:
     """A planner's record and parts, each with a public interface of its own.
 
-    Attributes:
-        stages: What the parts do in a planner's life, in their order.
-        out: The step that the planner gives back.
-        said: What the planner writes of each step.
-        tick: The tick that the clock leads now.
-        fast: The same where nothing else takes part in it.
+    ``tick`` is led by the clock, and ``fast`` is the same where nothing else takes part in it.
     """
 
     def __init__(
@@ -205,11 +199,11 @@ class Assembly:
             self.surroundings = around
         self.tasks = TaskList(session, self.commands, robot, soft, given.level, given.dt, given.target)
         self.said = StepHeader(int(session.K.cascade.status))
-        self.out = Step(session, robot.joints, self.said, self.tasks.named(asked, around, task))
+        labels, parts = self.tasks.named(asked, around, task), parts_in(session, robot.nv)
+        self.out = Step(session, robot.joints, parts, self.said, labels)
         self.loop = ArmLoop(session, self.commands, robot, around)
         self.constraints = Constraints(session, robot, constraints, self.loop.stop)
-        self.degrading = Degrading(session, task.kept_sets)
-        self.rest = Rest(session, self.degrading, robot)
+        self.rest = Rest(session, task.kept_sets, robot)
         self.free = FreeJoint(session, robot, parts_of_free(session, robot.nv)) if solver.has_qp else None
         self.leading = None if given.plan is None else PlanLeading(given.plan, session, robot)
         self.response: MonitorResponse | None = None
@@ -219,11 +213,11 @@ class Assembly:
         seconds, ahead = given.remember, given.n_minus_one
         self.remembered = None if seconds is None else Remembered(session, robot.nv, seconds, given.dt)
         self.watch = None if ahead is None else SecurityWatch(ahead, session, robot, given.dt, what_ifs)
-        parts = (
-            self.watch, self.tasks, self.constraints, solver, self.leading, self.degrading, self.free,
+        members = (
+            self.watch, self.tasks, self.constraints, solver, self.leading, self.rest, self.free,
             self.response, around, self.remembered, StartWatch(session.K, around),
         )  # fmt: skip
-        self.stages: tuple[Stage, ...] = tuple(part.stage for part in parts if part is not None)
+        self.stages: tuple[Stage, ...] = tuple(one.stage for one in members if one is not None)
         self.tick = self._ordinary = solver.tick(CLOCK)
         self.fast: Tick | None = None
 
@@ -276,7 +270,7 @@ class Assembly:
             raise InputError("the planner keeps clear of nothing; give it a scene, Planner(robot, scene=...)")
         return self.surroundings
 
-    def refuse_looking_ahead(self, reserve: BrakingReserve | None) -> None:
+    def refuse_looking_ahead(self, reserve: ReserveSamples | None) -> None:
         """Refuse at once what ``n_minus_one`` would refuse when it looks ahead."""
         try:
             self.what_ifs(self.given.robot, {}, reserve)
@@ -286,27 +280,33 @@ class Assembly:
             ) from error
 
     def what_ifs(
-        self, robot: Robot, faults: dict[str, Fault], reserve: BrakingReserve | None
+        self, robot: Robot, faults: dict[str, Fault], reserve: ReserveSamples | None
     ) -> RolloutSetup:
         """What other arms like this one would begin with; nothing here changes."""
         refuse_asking(self.asking, "a batch", "make a planner without {them}")
+        self._refuse_foreign("a batch is compiled as a whole; make a planner with backend='active_set'")
+        if self.leading is not None:
+            raise InputError("this planner follows a plan, which a batch does not; make one without plan=")
         return RolloutSetup(
-            self.session, self.commands, robot, self.given, self.solver, reserve, faults, self.surroundings,
-            self.tasks, self.given.constraints,
-        )  # fmt: skip
+            self.session, self.commands, robot, self.given, self.tasks, self.surroundings, reserve, faults
+        )
 
-    def deployable(self, belief: Belief, reserve: BrakingReserve | None) -> Deployable:
+    def _refuse_foreign(self, why: str) -> None:
+        """Refuse a planner whose ticks are not the active set's, for somebody who has no other solver."""
+        if not self.solver.sizes_may_change:
+            raise InputError(
+                f"this planner is solved by {self.given.backend!r}, expected the backend 'active_set' and a "
+                f"scheme with a QP: {why}"
+            )
+
+    def deployable(self, belief: Belief, reserve: ReserveSamples | None) -> Deployable:
         """What the planner is without Python; nothing here changes."""
         if self.surroundings is not None and len(self.surroundings.scene.balls):
             raise InputError(
                 "the scene has a cloud of balls, which a library in C does not have; give what stands there "
                 "names, scene.add(...), or take the cloud away, scene.update(np.zeros((0, 4)))"
             )
-        if not self.solver.sizes_may_change:
-            raise InputError(
-                f"this planner is solved by {self.given.backend!r}, expected the backend 'active_set' and a "
-                "scheme with a QP: a library in C has no other solver"
-            )
+        self._refuse_foreign("a library in C has no other solver")
         if self.leading is not None:
             raise InputError("this planner follows a plan, which a library in C does not; leave the plan out")
         refuse_asking(self.asking, "a library in C", "leave {them} out")
@@ -318,7 +318,7 @@ class Assembly:
         copy = self.session.copy()
         copy.K.state.is_reset = 0
         memory, n = self.commands.on(copy).memory, self.given.robot.nv
-        rows = np.zeros((0, 2 * n)) if reserve is None else reserve.samples.rows
+        rows = np.zeros((0, 2 * n)) if reserve is None else reserve.rows
         memory["samples"] = len(rows)
         return Deployable(
             record=copy.memory,

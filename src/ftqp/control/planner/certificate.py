@@ -135,15 +135,12 @@ class Certificate:
         return "; ".join(said)
 
 
-KEPT = "its boundary"
-"""What holds a point or an axis that is kept to a plane, a box or a cone."""
 HELD = "its task on level 0"
 """What holds a frame whose task goes before that of the tip."""
-OWN = "its row"
-"""What holds a row of the user's own."""
 NEAR = "their clearance"
 """What holds two bodies that are kept apart."""
-BY = {KEEP: KEPT, HOLD: HELD, OWN_ROW: OWN, CLEARANCE: NEAR}
+BY = {KEEP: "its boundary", HOLD: HELD, OWN_ROW: "its row", CLEARANCE: NEAR}
+"""What holds back, by the kind of row: a point or axis, a frame, a row of one's own, or two bodies."""
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active."""
 _LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limit.VELOCITY, Limit.POSITION)}

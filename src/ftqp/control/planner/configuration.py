@@ -10,13 +10,13 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from ftqp.control.planner.assembly import Assembly
-from ftqp.control.planner.mounted_robot import BrakingReserve, MountedRobot, braking_reserve, warn_of_weight
+from ftqp.control.planner.mounted_robot import MountedRobot, braking_reserve, warn_of_weight
 from ftqp.control.planner.stages import Tick
 from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
-from ftqp.kernel.entry.planner_commands import PlannerCommands
+from ftqp.kernel.entry.planner_commands import PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import WORD, ArmSession, Call, Session, bound
 from ftqp.model.payload import Payload
 
@@ -35,7 +35,7 @@ class Configuration:
     number: int  # Its own, which the call that writes it into the record leaves beside that
     belief: Belief  # Which joints have failed
     arm: MountedRobot  # The arm with its load and tool
-    reserve: BrakingReserve | None  # The deceleration that its motors have; None where torque is not limited
+    reserve: ReserveSamples | None  # The deceleration that its motors have; None where torque is not limited
     # Where the arm begins, q and v, (nv,) each; None before the first ``reset``
     start: tuple[FloatArray, FloatArray] | None = None
     speed: float = 1.0  # How fast the arm is led, in (0, 1] of full speed
@@ -54,7 +54,7 @@ class Configuration:
             self.belief.write(commands, None if before is None else before.belief)
             commands.believed()
         if before is None or believes or before.reserve is not self.reserve:
-            commands.count_on(None if self.reserve is None else self.reserve.samples)
+            commands.count_on(self.reserve)
         if self.start is not None and (before is None or before.start is not self.start):
             commands.start(*self.start)
 
@@ -98,10 +98,6 @@ class Draft:
 
     Words that the change leaves alone stay as they are, whoever has written them meanwhile. Planners of as
     many joints have one in common, which is taken for as long as a change lasts.
-
-    Attributes:
-        K: The rooms of the copy.
-        commands: The compiled calls on the copy.
     """
 
     free: ClassVar[dict[int, list["Draft"]]] = {}
@@ -157,9 +153,7 @@ def write_call(changes: Sequence[tuple[Any, Any]]) -> Call:
 class CurrentConfiguration:
     """The configuration that a planner's record was written with, and what puts another one in its place.
 
-    Args:
-        parts: The planner's record and parts.
-        lead: Takes the tick that steps may call at once, or None: a step has to ask this object first.
+    ``lead`` takes the tick that steps may call at once, or None: a step has to ask this object first.
     """
 
     def __init__(self, parts: Assembly, lead: Callable[[Tick | None], None]) -> None:

@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from math import nan
 from typing import Any, NamedTuple, final
 
-import numpy as np
-
-from ftqp.control.planner.filled_rows import DeadlineMonitor, call_checked, resting, seen_of
+from ftqp.control.planner.filled_rows import Filled, FilledRows, seen_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.task.keep import CONE, Keep, Side, TorqueLimits
 from ftqp.control.task.own_task import OwnConstraint
-from ftqp.core.clock import now
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
@@ -161,59 +158,41 @@ class Constraints(Mapping[str, Kept]):
     def __init__(
         self, session: Session, robot: Robot, constraints: Sequence[Constraint], stop: Callable[[str], object]
     ) -> None:
-        self._room, self._stop, self._pace = session.K.keeps, stop, DeadlineMonitor(float(session.K.state.dt))
+        self._room, self._stop = session.K.keeps, stop
         self._given: dict[str, Constraint] = {one.label: one for one in constraints}
-        self._own, self._failed = own_of(constraints), dict.fromkeys(self._given, "")
-        self._seen = seen_of(session, robot)
+        self._failed = dict.fromkeys(self._given, "")
         self._sides: dict[str, list[int]] = {one.label: [] for one in kept_of(constraints)}
         for at, (keep, side) in enumerate(sides_of(constraints)):
             self._sides[keep.label].append(at)
             _write(self._room, at, keep, side, robot)
-        room, at = self._room, 0
-        room.count, room.own = len(sides_of(constraints)), sum(one.rows for one in self._own)
-        self._rows = []
-        self._fills = [own.filling(robot) for own in self._own]
-        for own, fill in zip(self._own, self._fills, strict=True):
-            empty = np.zeros((own.rows, robot.nv)), np.full(own.rows, -np.inf), np.full(own.rows, np.inf)
-            why = call_checked(fill, resting(self._seen, robot.neutral), *empty)
-            if why:
-                raise InputError(
-                    f"fill of {own.label} {why} at the neutral posture at rest, expected that it writes "
-                    f"numbers into C ({own.rows}, {robot.nv}), l and u ({own.rows},) and returns nothing"
-                )
-            part = slice(at, at + own.rows)
-            self._rows.append((room.own_C[part, : robot.nv], room.own_l[part], room.own_u[part]))
-            at += own.rows
+        room, own, at = self._room, [], 0
+        for one in own_of(constraints):
+            part = slice(at, at + one.rows)
+            arrays = room.own_C[part, : robot.nv], room.own_l[part], room.own_u[part]
+            own.append(Filled(f"constraint {one.label}", one.filling(robot), arrays))
+            at += one.rows
+        room.count, room.own = len(sides_of(constraints)), at
+        self._own = FilledRows(seen_of(session, robot), robot.neutral, own, self._tell) if own else None
 
     @property
     def stage(self) -> Stage:
         """What they do in a planner's life."""
-        fill = self._fill if self._own else None
-        return Stage(ticks=(CLOCK, FREE, *LED) if self._own else (), before=fill)
+        return Stage() if self._own is None else Stage(ticks=(CLOCK, FREE, *LED), before=self._own.fill)
 
     @property
     def asking(self) -> tuple[str, ...]:
         """Those that ask a Python function in every tick."""
-        return tuple(f"constraint {one.label!r}" for one in self._own)
+        return tuple(f"constraint {one.label!r}" for one in own_of([*self._given.values()]))
 
-    def _fill(self) -> None:
-        """Ask the user's functions for their rows; one that fails has none in this tick and stops the arm."""
-        for one, fill, (C, l, u) in zip(self._own, self._fills, self._rows, strict=True):
-            C[:], l[:], u[:] = 0.0, -np.inf, np.inf
-            began = now()
-            try:
-                why = call_checked(fill, self._seen, C, l, u)
-            except BaseException:
-                C[:], l[:], u[:] = 0.0, -np.inf, np.inf
-                raise
-            self._pace.look(f"constraint {one.label}", began)
-            if why:
-                C[:], l[:], u[:] = 0.0, -np.inf, np.inf
-                sentence = f"fill of constraint {one.label!r} {why}, so that the arm is stopped"
-                if not self._failed[one.label]:
-                    _LOG.warning("%s", sentence)
-                self._stop(sentence)
-            self._failed[one.label] = why and f"fill {why}, so that the arm was stopped"
+    def _tell(self, name: str, why: str) -> None:
+        """Stop the arm where nothing is known of rows of one's own any more."""
+        label = name.removeprefix("constraint ")
+        if why:
+            sentence = f"fill of constraint {label!r} {why}, so that the arm is stopped"
+            if not self._failed[label]:
+                _LOG.warning("%s", sentence)
+            self._stop(sentence)
+        self._failed[label] = why and f"fill {why}, so that the arm was stopped"
 
     def __getitem__(self, name: str) -> Kept:
         try:

@@ -2,11 +2,10 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, final
+from typing import NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.task.own_task import OwnTask
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError
@@ -44,93 +43,84 @@ def seen_of(session: Session, robot: Robot) -> RowState:
     return RowState(q, v, a, "velocity" if state.level == VELOCITY else "acceleration", float(state.dt))
 
 
-class _Own(NamedTuple):
+SLOW_TIMES = 5
+"""A function that takes longer than a tick so often in a row is slow: now and then it may be interrupted."""
+EMPTY = {2: (0.0, 0.0), 3: (0.0, -np.inf, np.inf)}
+"""What J and b of a task, or C, l and u of a constraint, hold before a function fills them in."""
+
+
+class Filled(NamedTuple):
+    """A function of the user, and the arrays that it fills in."""
+
     name: str
     fill: Callable[..., object]
-    J: FloatArray
-    b: FloatArray
+    arrays: tuple[FloatArray, ...]
 
-
-SLOW_TIMES = 5
-"""A function that takes longer than a tick so often in a row is slow."""
+    def clear(self) -> None:
+        """Leave nothing of what was filled in."""
+        for array, value in zip(self.arrays, EMPTY[len(self.arrays)], strict=True):
+            array[:] = value
 
 
 @final
-class DeadlineMonitor:
-    """Tells once of each function that takes longer than a tick, for the loop is late then.
+class FilledRows:
+    """Asks the user's functions for their rows; those of one that fails are empty in that tick.
 
-    One that does so now and then may have been interrupted, so that several times in a row count.
+    Each is tried at rest at ``neutral`` when a planner is made. In every tick ``tell`` hears what is wrong
+    with one, by its name, or nothing.
     """
 
-    __slots__ = ("_dt", "_slow")
+    __slots__ = ("_all", "_seen", "_slow", "_tell")
 
-    def __init__(self, dt: float) -> None:
-        self._dt, self._slow = dt, dict[str, int]()
+    def __init__(
+        self,
+        seen: RowState,
+        neutral: FloatArray,
+        all_of_them: Sequence[Filled],
+        tell: Callable[[str, str], None],
+    ) -> None:
+        self._seen, self._all, self._tell, self._slow = seen, all_of_them, tell, dict[str, int]()
+        still = frozen(np.zeros(len(neutral)))
+        rest = seen._replace(q=frozen(neutral.copy()), v=still, a=still)
+        for name, fill, arrays in all_of_them:
+            tried = [
+                np.full_like(array, value) for array, value in zip(arrays, EMPTY[len(arrays)], strict=True)
+            ]
+            if why := _call_checked(fill, rest, *tried):
+                letters = ("J", "b") if len(arrays) == 2 else ("C", "l", "u")
+                shapes = [f"{letter} {array.shape}" for letter, array in zip(letters, arrays, strict=True)]
+                raise InputError(
+                    f"fill of {name} {why} at the neutral posture at rest, expected that it writes numbers "
+                    f"into {', '.join(shapes[:-1])} and {shapes[-1]} and returns nothing"
+                )
 
-    def look(self, name: str, began: int) -> None:
-        """Look at how long a function took."""
-        took = 1e-9 * (now() - began)
+    def fill(self) -> None:
+        """Fill in all rows. Ctrl-C goes through."""
+        for one in self._all:
+            one.clear()
+            began = now()
+            try:
+                why = _call_checked(one.fill, self._seen, *one.arrays)
+            except BaseException:
+                one.clear()
+                raise
+            self._look_at_time(one.name, 1e-9 * (now() - began))
+            if why:
+                one.clear()
+            self._tell(one.name, why)
+
+    def _look_at_time(self, name: str, took: float) -> None:
+        """Tell once of a function that takes longer than a tick, for the loop is late then."""
         times = self._slow.get(name, 0)
         if times >= SLOW_TIMES:
             return
-        self._slow[name] = times + 1 if took > self._dt else 0
+        self._slow[name] = times + 1 if took > self._seen.dt else 0
         if self._slow[name] == SLOW_TIMES:
             _LOG.warning(
                 "fill of %s took %.3g ms of a tick of %.3g ms, so that the loop is late; make it quicker, "
                 "dt longer, or say step(..., ticks=) how many have passed; this is said once",
-                name, 1e3 * took, 1e3 * self._dt,
+                name, 1e3 * took, 1e3 * self._seen.dt,
             )  # fmt: skip
-
-
-@final
-class OwnRows:
-    """Asks the user's functions for their rows; one that fails leaves its task out of that tick."""
-
-    __slots__ = ("_all", "_failed", "_pace", "_seen", "_warned")
-
-    def __init__(
-        self,
-        terms: Any,
-        tasks: Sequence[tuple[int, str, OwnTask]],
-        robot: Robot,
-        seen: RowState,
-        failed: dict[str, str],
-    ) -> None:
-        n, self._seen, self._pace = robot.nv, seen, DeadlineMonitor(seen.dt)
-        self._failed = failed
-        self._warned: set[str] = set()
-        still, fills = resting(seen, robot.neutral), [task.filling(robot) for _, _, task in tasks]
-        for (_, name, task), fill in zip(tasks, fills, strict=True):
-            why = call_checked(fill, still, np.zeros((task.count, n)), np.zeros(task.count))
-            if why:
-                raise InputError(
-                    f"fill of {name} {why} at the neutral posture at rest, expected that it writes finite "
-                    f"numbers into J ({task.count}, {n}) and b ({task.count},) and returns nothing"
-                )
-        self._all = tuple(
-            _Own(name, fill, terms.J[at, : task.count, :n], terms.b[at, : task.count])
-            for (at, name, task), fill in zip(tasks, fills, strict=True)
-        )
-
-    def fill(self) -> None:
-        """Fill in all rows, those of a function that fails with zeros. Ctrl-C goes through."""
-        for name, fill, J, b in self._all:
-            J[:] = b[:] = 0.0
-            began = now()
-            try:
-                why = call_checked(fill, self._seen, J, b)
-            except BaseException:
-                J[:] = b[:] = 0.0
-                raise
-            self._pace.look(name, began)
-            if why:
-                J[:] = b[:] = 0.0
-                self._failed[name] = f"fill {why}, so that {name!r} was left out of the tick"
-                if name not in self._warned:
-                    self._warned.add(name)
-                    _LOG.warning("%s; this is said once", self._failed[name])
-            else:
-                self._failed.pop(name, None)
 
 
 def refuse_asking(asking: Sequence[str], whom: str, remedy: str) -> None:
@@ -143,7 +133,7 @@ def refuse_asking(asking: Sequence[str], whom: str, remedy: str) -> None:
         )
 
 
-def call_checked(fill: Callable[..., object], state: RowState, *arrays: FloatArray) -> str:
+def _call_checked(fill: Callable[..., object], state: RowState, *arrays: FloatArray) -> str:
     """Call a function that fills arrays; what is wrong with it, or nothing. Ctrl-C goes through."""
     try:
         returned = fill(state, *arrays)
@@ -154,9 +144,3 @@ def call_checked(fill: Callable[..., object], state: RowState, *arrays: FloatArr
     if not np.isfinite(arrays[0]).all() or (len(arrays) == 2 and not np.isfinite(arrays[1]).all()):
         return "gave numbers that are not finite"
     return "gave l > u, or NaN" if len(arrays) == 3 and not (arrays[1] <= arrays[2]).all() else ""
-
-
-def resting(seen: RowState, neutral: FloatArray) -> RowState:
-    """What functions are tried with when a planner is made: a posture at rest."""
-    still = frozen(np.zeros(len(neutral)))
-    return seen._replace(q=frozen(neutral.copy()), v=still, a=still)

@@ -45,11 +45,7 @@ def with_error_to(K: Any, said: StepHeader, step: Step, meant: FloatArray) -> St
 
 @final
 class Ticks:
-    """Steps of one planner, whoever leads them, of what a caller hands in.
-
-    Attributes:
-        at_rest: The velocity of an arm at rest, (nv,).
-    """
+    """Steps of one planner, whoever leads them, of what a caller hands in."""
 
     def __init__(self, parts: Assembly) -> None:
         self._parts, self._timing = parts, parts.given.timing
@@ -105,22 +101,14 @@ class Ticks:
 class Lead:
     """Ticks of one planner that somebody else leads: nothing of the planner is changed by them but its state.
 
-    Args:
-        make: Makes a step of a tick, as ``Ticks.make`` does.
-        parts: Those of the planner.
-        leader: The leader's own memory.
-        meant: Where the tip is meant to be meanwhile, (4, 4); None is as led.
-
-    Attributes:
-        memory: The leader's own memory.
-        give_up: Gives up the next set of rows of the task; False where no more may be.
+    ``make`` is as ``Ticks.make``; ``meant`` is where the tip is meant to be meanwhile, (4, 4), None as led.
     """
 
     def __init__(
         self, make: Callable[..., Step], parts: Assembly, leader: Memory, meant: FloatArray | None
     ) -> None:
         self._make, self._tick, self.memory, self._meant = make, parts.led_tick(leader), leader, meant
-        self.give_up: Callable[[], bool] = parts.commands.give_up
+        self.give_up: Callable[[], bool] = parts.commands.give_up  # the next set of rows, if one may be
         self._path = leader if leader.kind == "path" else None
         self._session, self._said = parts.session, parts.said
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Protocol, final
+from typing import Any, Final, Protocol, final, runtime_checkable
 
 import numpy as np
 
 from ftqp.control.planner.stages import CLOCK, LED, Stage
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import FloatArray, array, instance
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, Locked
@@ -39,6 +39,7 @@ class Remaining:
     sentence: str
 
 
+@runtime_checkable
 class LeadingPlan(Protocol):
     """What a planner needs of a plan; those of ``ftqp.analysis.plan`` and ``load_plan`` have it."""
 
@@ -64,11 +65,8 @@ class LeadingPlan(Protocol):
 
 def plan_for(plan: LeadingPlan, robot: Robot) -> LeadingPlan:
     """A plan with its arm."""
-    for name in ("q", "t", "of", "remaining", "continuation"):
-        if not hasattr(plan, name):
-            raise InputError(
-                f"plan is {plan!r:.60}, expected one of ftqp.analysis.plan or ftqp.analysis.load_plan"
-            )
+    what = "one of ftqp.analysis.plan or ftqp.analysis.load_plan"
+    instance("plan", plan, LeadingPlan, what)
     if robot.is_serial or isinstance(plan, PlanOnWay):
         return plan.of(robot)
     return PlanOnWay(plan.of(robot.arm_to(robot.tip)), robot)
@@ -78,17 +76,12 @@ def plan_for(plan: LeadingPlan, robot: Robot) -> LeadingPlan:
 class PlanOnWay:
     """A plan of the arm to the first tip of a robot with branches, for all of its joints."""
 
-    __slots__ = ("_plan", "_robot", "q")
+    __slots__ = ("_plan", "_robot", "q", "t")
 
     def __init__(self, plan: Any, robot: Robot) -> None:
         self._plan, self._robot = plan, robot
         self.q: FloatArray = off_way(robot, robot.tip, plan.q, robot.neutral)
-
-    @property
-    def t(self) -> FloatArray:
-        """Times from 0 at equal distances, (N + 1,) [s]."""
-        times: FloatArray = self._plan.t
-        return times
+        self.t: FloatArray = plan.t
 
     def of(self, robot: Robot, *path: Any, **around: Any) -> "PlanOnWay":
         """The plan with its robot, as ``Plan.of`` has it; InputError where it was made for another one."""

@@ -30,12 +30,7 @@ SEED = 20170511
 class MountedRobot:
     """A bare robot and what is mounted on it; it never changes, another one takes its place.
 
-    Attributes:
-        robot: The robot as it is fitted.
-        bare: The robot with neither load nor tool.
-        place: The controlled point in the frame of its tip, (4, 4); None is that tip.
-        payload: The load; None is none.
-        load: The same as the kernel gets it.
+    ``place`` is the controlled point in the frame of the bare robot's tip, (4, 4), None that tip.
     """
 
     __slots__ = ("bare", "load", "payload", "place", "robot")
@@ -64,50 +59,33 @@ class MountedRobot:
         return self if place is self.place else MountedRobot(self.bare, self.payload, place)
 
 
-class BrakingReserve:
-    """Samples of what braking takes: |h_i| and sum_j |M_ij| a_max_j over random configurations.
+_RESERVES: WeakKeyDictionary[Robot, ReserveSamples] = WeakKeyDictionary()
+
+
+def braking_reserve(robot: Robot, load: Load | None = None) -> ReserveSamples:
+    """Samples of what braking takes; without a load taken once and shared by all planners of the robot.
 
     If every joint brakes with kappa a_max, whatever the directions, joint i needs at most
-    |h_i| + kappa sum_j |M_ij| a_max_j. ``share`` is the largest kappa that all torque limits allow on all
-    samples: sound up to the sampling.
-
-    Attributes:
-        samples: The samples.
+    |h_i| + kappa sum_j |M_ij| a_max_j. The shares of the samples are the largest kappa that all torque limits
+    allow on all of them: sound up to the sampling.
     """
-
-    def __init__(self, robot: Robot, load: Load | None = None) -> None:
-        n, limits = robot.nv, robot.limits
-        generator = np.random.default_rng(SEED)
-        low = np.where(np.isfinite(limits.q_min), limits.q_min, -np.pi)
-        high = np.where(np.isfinite(limits.q_max), limits.q_max, np.pi)
-        v_max = np.minimum(limits.v_max, 10.0) * SPEED_SHARE
-        q, v = np.empty((SAMPLES, n)), np.empty((SAMPLES, n))
-        for k in range(SAMPLES):
-            q[k], v[k] = generator.uniform(low, high), generator.uniform(-v_max, v_max)
-        if robot.chain.has_followers:
-            v = coupled_places(robot.chain, v) - coupled_places(robot.chain, np.zeros(n))
-            q = coupled_places(robot.chain, q)
-        self.samples = ReserveSamples(robot.chain.constants(), q, v, load)
-
-    def share(self, a_max: FloatArray, tau_max: FloatArray) -> float:
-        """The largest share of a_max with which every joint can brake at once, LEAST_SHARE to 1."""
-        return self.samples.shares(a_max, tau_max)[0]
-
-    def guard(self, a_max: FloatArray, tau_max: FloatArray) -> float:
-        """The share of a_max up to which torque limits hold, MARGIN over the samples; 0 if there is none."""
-        return self.samples.shares(a_max, tau_max)[1]
-
-
-_RESERVES: WeakKeyDictionary[Robot, BrakingReserve] = WeakKeyDictionary()
-
-
-def braking_reserve(robot: Robot, load: Load | None = None) -> BrakingReserve:
-    """The samples of a robot; without a load taken once and shared by all its planners."""
-    if load is not None:
-        return BrakingReserve(robot, load)
-    if robot not in _RESERVES:
-        _RESERVES[robot] = BrakingReserve(robot)
-    return _RESERVES[robot]
+    if load is None and robot in _RESERVES:
+        return _RESERVES[robot]
+    n, limits = robot.nv, robot.limits
+    generator = np.random.default_rng(SEED)
+    low = np.where(np.isfinite(limits.q_min), limits.q_min, -np.pi)
+    high = np.where(np.isfinite(limits.q_max), limits.q_max, np.pi)
+    v_max = np.minimum(limits.v_max, 10.0) * SPEED_SHARE
+    q, v = np.empty((SAMPLES, n)), np.empty((SAMPLES, n))
+    for k in range(SAMPLES):
+        q[k], v[k] = generator.uniform(low, high), generator.uniform(-v_max, v_max)
+    if robot.chain.has_followers:
+        v = coupled_places(robot.chain, v) - coupled_places(robot.chain, np.zeros(n))
+        q = coupled_places(robot.chain, q)
+    samples = ReserveSamples(robot.chain.constants(), q, v, load)
+    if load is None:
+        _RESERVES[robot] = samples
+    return samples
 
 
 def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:

@@ -225,7 +225,7 @@ class Planner:
         lambda parts: parts.task_rows, "The rows of the pose that the task has, of x, y, z, rx, ry, rz."
     )
     given_up = part(
-        lambda parts: parts.degrading.given_up,
+        lambda parts: parts.rest.given_up,
         "What of the task is given up now, as it cannot be held, in a sentence; None while all counts.",
     )
     learned = part(

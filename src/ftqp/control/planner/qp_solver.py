@@ -11,7 +11,6 @@ from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Memory, Session
-from ftqp.kernel.layout.criteria import Criterion
 from ftqp.kernel.layout.enums import SOLVED, TASK_ROWS, ClosedForm, Level, Turn
 from ftqp.kernel.layout.flat_arrays import OPTIONS, planner_memory_size
 from ftqp.kernel.layout.rows import constraint_capacity
@@ -105,11 +104,7 @@ IN_KERNEL: Final = "active_set"
 
 @final
 class Solver:
-    """One way to solve the QPs of one planner, whoever leads it.
-
-    Attributes:
-        rich: Whether a tick has directional damping or a gradient of the manipulability.
-    """
+    """One way to solve the QPs of one planner, whoever leads it."""
 
     def __init__(
         self,
@@ -122,6 +117,7 @@ class Solver:
     ) -> None:
         self._session = session
         K = session.K
+        # whether a tick has directional damping or a gradient of the manipulability
         self.rich = bool(K.criteria.manipulability != 0.0 or K.turned.factor > 0.0)
         self._cold = True
         self._backend: Backend | None = None
@@ -138,22 +134,17 @@ class Solver:
             self._memory = (memory, len(memory))
         elif backend is not None and backend.name != IN_KERNEL:
             self._family = "external"
-            level = Level(int(K.state.level)).name.lower()
-            criterion = scheme.at(level)
-            steady = criterion.has_constant_hessian and task.mode != "scaled" and not adds_terms
-            self._use(backend, robot, task, criterion, steady)
-
-    def _use(self, backend: Backend, robot: Robot, task: Task, criterion: Criterion, fixed: bool) -> None:
-        K = self._session.K
-        joints, m = robot.nv, int(K.task.m)
-        n = joints + (task.mode == "scaled") + (0 if task.mode == "hard" else m)
-        self._buffers = QPBuffers.zeros(n, m, int(K.cascade.p), constant_hessian=fixed)
-        if fixed:
-            self._buffers.H[:] = criterion.norm * np.eye(n)
-            self._buffers.H[:joints, :joints] *= K.criteria.weight[:joints]
-        backend.setup(self._buffers)
-        self._backend = backend
-        K.cascade.external = 1
+            criterion = scheme.at(Level(int(K.state.level)).name.lower())
+            fixed = criterion.has_constant_hessian and task.mode != "scaled" and not adds_terms
+            joints, m = robot.nv, int(K.task.m)
+            n = joints + (task.mode == "scaled") + (0 if task.mode == "hard" else m)
+            self._buffers = QPBuffers.zeros(n, m, int(K.cascade.p), constant_hessian=fixed)
+            if fixed:
+                self._buffers.H[:] = criterion.norm * np.eye(n)
+                self._buffers.H[:joints, :joints] *= K.criteria.weight[:joints]
+            backend.setup(self._buffers)
+            self._backend = backend
+            K.cascade.external = 1
 
     @property
     def stage(self) -> Stage:

@@ -80,40 +80,16 @@ class RunningTask:
         name: What it is called.
     """
 
-    __slots__ = (
-        "_at",
-        "_commands",
-        "_failed",
-        "_goal",
-        "_mount",
-        "_nv",
-        "_other",
-        "_terms",
-        "_turns",
-        "_warned",
-        "given",
-        "name",
-    )  # fmt: skip
-
     def __init__(
         self, terms: Any, at: int, task: SoftTask, name: str, robot: Robot, failed: dict[str, str],
         commands: PlannerCommands,
     ) -> None:  # fmt: skip
-        mounts = _mounts(terms, commands.given, at, task, robot)
-        slots = (("_terms", terms), ("_at", at), ("given", task), ("name", name), ("_nv", robot.nv))
-        turns = bool(rows_of(task) >> 3)
-        views = terms.goal[at], terms.rate[at], terms.rate_change[at]
-        for slot, value in (
-            *slots,
-            ("_mount", mounts[0]),
-            ("_other", mounts[1]),
-            ("_commands", commands),
-            ("_turns", turns),
-            ("_goal", views),
-            ("_failed", failed),
-            ("_warned", False),
-        ):
-            object.__setattr__(self, slot, value)
+        mount, other = _mounts(terms, commands.given, at, task, robot)
+        vars(self).update(
+            given=task, name=name, _terms=terms, _at=at, _nv=robot.nv, _mount=mount, _other=other,
+            _turns=bool(rows_of(task) >> 3), _goal=(terms.goal[at], terms.rate[at], terms.rate_change[at]),
+            _commands=commands, _failed=failed, _warned=False,
+        )  # fmt: skip
         _write(self, robot)
 
     given: SoftTask
@@ -243,7 +219,7 @@ class RunningTask:
         """Say that the last target, or its velocity, stays; the first time by a warning, too."""
         self._failed[self.name] = f"{what} {why}, so that the last one of {self.name!r} stays"
         if not self._warned:
-            object.__setattr__(self, "_warned", True)
+            vars(self)["_warned"] = True
             _LOG.warning("%s; this is said once", self._failed[self.name])
 
     def error(self, robot: Robot, q: FloatArray) -> FloatArray:

@@ -34,13 +34,7 @@ SLIDES = 2.0
 
 @final
 class Layout:
-    """Capsules, obstacles and pairs of a scene, written into a copy of a planner's record.
-
-    Attributes:
-        names: The bodies of each pair.
-        left_out: Pairs of the arm's own bodies that are built too near to each other, by name.
-        has_cloud: Whether there are pairs with the balls of a cloud.
-    """
+    """Capsules, obstacles and pairs of a scene, written into a copy of a planner's record; see ``Laid``."""
 
     def __init__(
         self, draft: Session, robot: Robot, clearance: Clearance, content: Content,

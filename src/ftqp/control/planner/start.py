@@ -46,45 +46,6 @@ def allow(K: Any, sets: Sequence[str], dt: float, *, asked: bool) -> None:
     task.patience = task.wait = round(PATIENCE / dt)
 
 
-@final
-class Degrading:
-    """Says once each when rows of the task are given up, and when they are back."""
-
-    def __init__(self, session: Session, sets: Sequence[str]) -> None:
-        self._given_up, self._task = session.field("task", "given_up"), session.K.task
-        whole = int(session.K.task.m_of[0])
-        self._sets = tuple(name for name in sets if len(ROW_SETS[name]) < whole)[:SETS]
-        self._said = 0
-
-    @property
-    def stage(self) -> Stage:
-        """Its part in a planner's life: a reset asks for the whole task again, and nothing is said of it."""
-        return Stage(begin=lambda *_: self._forget())
-
-    def _forget(self) -> None:
-        self._said = 0
-
-    @property
-    def given_up(self) -> str | None:
-        """What of the task is given up now, in a sentence; None while all counts."""
-        if not self._given_up[0]:
-            return None
-        turns = int(self._task.m) > len(ROW_SETS["position"])
-        what = "rotation about the tool axis" if turns else "attitude"
-        return f"the {what} is given up, as the task cannot be held; it comes back as soon as it can"
-
-    def tell(self) -> None:
-        """Log a change."""
-        level = int(self._given_up[0])
-        if level == self._said:
-            return
-        if level > self._said:
-            _LOG.warning(SENTENCES[self._sets[level - 1]])
-        else:
-            _LOG.warning(WHOLE if level == 0 else BACK)
-        self._said = level
-
-
 FAR = 0.05
 """A first target that is farther from the tip [m] is no beginning of a motion from where the arm is. A
 convention: the default of the emergency stop's threshold."""
@@ -203,15 +164,37 @@ class Rest:
         held: Whether the arm held when this was last asked.
     """
 
-    def __init__(self, session: Session, degrading: Degrading, robot: Robot) -> None:
-        self._degrading, self._robot, self._K = degrading, robot, session.K
-        self._ticks = session.field("state", "ticks")
+    def __init__(self, session: Session, sets: Sequence[str], robot: Robot) -> None:
+        self._robot, self._K = robot, session.K
+        whole = int(session.K.task.m_of[0])
+        self._sets = tuple(name for name in sets if len(ROW_SETS[name]) < whole)[:SETS]
+        self._given_up, self._ticks = session.field("task", "given_up"), session.field("state", "ticks")
         self._holding = session.field("settling", "holding")
-        self.held = False
+        self._said, self.held = 0, False
+
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life: a reset asks for the whole task again, and nothing is said of it."""
+        return Stage(begin=lambda *_: self._forget())
+
+    def _forget(self) -> None:
+        self._said = 0
+
+    @property
+    def given_up(self) -> str | None:
+        """What of the task is given up now, in a sentence; None while all counts."""
+        if not self._given_up[0]:
+            return None
+        turns = int(self._K.task.m) > len(ROW_SETS["position"])
+        what = "rotation about the tool axis" if turns else "attitude"
+        return f"the {what} is given up, as the task cannot be held; it comes back as soon as it can"
 
     def tell(self, step: Step) -> None:
         """Log a change."""
-        self._degrading.tell()
+        level, said = int(self._given_up[0]), self._said
+        if level != said:
+            _LOG.warning(SENTENCES[self._sets[level - 1]] if level > said else BACK if level else WHOLE)
+            self._said = level
         if self._ticks[0] == 1:
             self._look_at_first_target(step)
         held = bool(self._holding[0])

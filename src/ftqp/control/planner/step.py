@@ -165,8 +165,9 @@ class Step:
     pickled. Its properties are looked up or computed when they are read.
 
     Args:
-        session: The planner's, whose record the step reads.
+        session: The planner's, whose record the step reads; None of a copy.
         joints: Names of the joints, (nv,).
+        parts: Where its numbers stand.
         said: What the planner writes of each step.
         named: Names of the further tasks, and of the rows that are asked for.
 
@@ -192,18 +193,9 @@ class Step:
     _named: StepLabels
 
     def __init__(
-        self, session: Session, joints: Sequence[str], said: StepHeader, named: StepLabels = NO_LABELS
-    ) -> None:
-        self._own(session, joints, parts_in(session, len(joints)), said, named)
-
-    def _own(
-        self,
-        session: Session | None,
-        joints: Sequence[str],
-        parts: Parts,
-        said: StepHeader,
-        named: StepLabels,
-    ) -> None:
+        self, session: Session | None, joints: Sequence[str], parts: Parts, said: StepHeader,
+        named: StepLabels = NO_LABELS,
+    ) -> None:  # fmt: skip
         own: dict[str, Any] = {"_session": session, "_joints": tuple(joints), "_parts": parts}
         own |= {"_said": said, "_named": named}
         own |= {"q": parts["q"], "v": parts["v"], "a": parts["a"], "task_error": parts["error"]}
@@ -556,6 +548,4 @@ class Step:
 
 def _kept(joints: tuple[str, ...], memory: Any, code: int, duration: float | None, named: StepLabels) -> Step:
     """A step that owns its parts."""
-    step = Step.__new__(Step)
-    step._own(None, joints, Parts(memory), StepHeader(code, duration), named)
-    return step
+    return Step(None, joints, Parts(memory), StepHeader(code, duration), named)

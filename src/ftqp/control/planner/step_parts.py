@@ -1,6 +1,7 @@
 """What is read of a step, and the names of what it is about."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple, final
 
@@ -20,13 +21,12 @@ RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 
 @final
+@dataclass(slots=True)
 class StepHeader:
     """What a planner writes of each step, beside the record."""
 
-    __slots__ = ("code", "duration")
-
-    def __init__(self, code: int, duration: float | None = None) -> None:
-        self.code, self.duration = code, duration
+    code: int
+    duration: float | None = None
 
 
 class Reference(NamedTuple):
@@ -192,11 +192,6 @@ class TaskReports(Mapping[str, TaskReport]):
     """The reports of a step by the names of its tasks, each made when it is looked up.
 
     The task of the tip goes by the name of its frame, and by ``tip``.
-
-    Args:
-        names: Of the tasks.
-        tip: What the task of the tip is called; None leaves it out.
-        report: What makes one.
     """
 
     __slots__ = ("_names", "_report", "_tip")

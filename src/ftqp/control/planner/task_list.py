@@ -1,5 +1,6 @@
 """A planner's list of tasks: that of the tip, and further ones before it or with what it leaves."""
 
+import logging
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
@@ -8,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.collision_model import CollisionModel
-from ftqp.control.planner.filled_rows import LETTERS, OwnRows, seen_of
+from ftqp.control.planner.filled_rows import LETTERS, Filled, FilledRows, seen_of
 from ftqp.control.planner.running_task import RunningTask, rows_of
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import TIP, Off, StepLabels, no_task
@@ -34,6 +35,7 @@ from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS, Asked
 from ftqp.kernel.layout.scene_room import BEFORE_SCHEME, BESIDE_TIP, TERMS
 from ftqp.model.robot import Robot
 
+_LOG = logging.getLogger("ftqp")
 STANDS = {TIPS: BESIDE_TIP, NEXT: BEFORE_SCHEME}
 """How a task of a level stands in the objective; the others by their weights, or not at all."""
 
@@ -174,8 +176,17 @@ class TaskList(Mapping[str, RunningTask]):
         terms.count = terms.own = len(tasks)
         terms.shared = sum(task.level == TIPS for task in tasks)
         self._by_name = MappingProxyType(found)
-        own = [(at, one.label, one) for at, one in enumerate(tasks) if isinstance(one, OwnTask)]
-        self._own = OwnRows(terms, own, robot, seen_of(session, robot), self._failed) if own else None
+        own = [
+            Filled(
+                one.label,
+                one.filling(robot),
+                (terms.J[at, : one.count, : robot.nv], terms.b[at, : one.count]),
+            )
+            for at, one in enumerate(tasks)
+            if isinstance(one, OwnTask)
+        ]
+        self._own = FilledRows(seen_of(session, robot), robot.neutral, own, self._tell) if own else None
+        self._warned: set[str] = set()
 
     @property
     def stage(self) -> Stage:
@@ -222,6 +233,16 @@ class TaskList(Mapping[str, RunningTask]):
             return frozen(one.error(self._fitted, q)), None
         except Exception as error:  # whatever a kind of one's own raises
             return UNKNOWN, f"error of {one.name!r} raised {type(error).__name__}: {error!s:.{LETTERS}}"
+
+    def _tell(self, name: str, why: str) -> None:
+        """Keep in mind what is wrong with the function of a task of one's own; the first time warn of it."""
+        if not why:
+            self._failed.pop(name, None)
+            return
+        self._failed[name] = f"fill {why}, so that {name!r} was left out of the tick"
+        if name not in self._warned:
+            self._warned.add(name)
+            _LOG.warning("%s; this is said once", self._failed[name])
 
     def refuse_without_target(self) -> None:
         """Refuse those whose target is where the arm is at a reset, before the first one."""

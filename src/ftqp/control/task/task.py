@@ -10,6 +10,7 @@ import numpy as np
 from ftqp.control.task.compatibility import refuse
 from ftqp.core.checks import FloatArray, array, instance, positive
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.pose import rotation_to
 from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import Mode
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -197,10 +198,7 @@ def axis_frame(axis: Any) -> FloatArray:
     """A rotation, (3, 3), whose third column is the unit vector along ``axis``."""
     z = array("axis", axis, (3,))
     z /= np.abs(z).max()  # squares of what is very large or small would be nothing or infinite
-    z /= np.linalg.norm(z)
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
+    return rotation_to(z / np.linalg.norm(z))
 
 
 def checked_gains(task: Any, level: str, dt: float, whose: str = "") -> tuple[float, float]:

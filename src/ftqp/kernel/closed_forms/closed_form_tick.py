@@ -46,7 +46,7 @@ from ftqp.kernel.layout.enums import (
     SOLVED,
     TIGHT,
 )
-from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import assign, factor, minus_products, plus_products, solve_factored
 from ftqp.kernel.maths.svd import svd
 from ftqp.kernel.maths.vectors import ZERO, cross, minus, plus, three, three_from, times, write
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
@@ -83,9 +83,7 @@ def bound(P: Any) -> float:
 @jit
 def bound_2(P: Any) -> float:
     """(|right| / (2 limit))^2: the same in the 2-norm, where ||V|| = 1; it needs no SVD."""
-    s = 0.0
-    for k in range(P.m):
-        s += P.right[k] * P.right[k]
+    s = plus_products(0.0, P.right, P.right, P.m)
     return 0.25 * s / (P.limit * P.limit)
 
 
@@ -257,8 +255,7 @@ def approximate_inverse(P: Any) -> None:
     n, rows = P.n, P.m
     arm = n - WRIST
     P.m = 3
-    for i in range(n):
-        P.x[i] = P.rate[i]
+    assign(P.x, P.rate, n)
     for k in range(3):
         s = P.b[k]
         for i in range(n):
@@ -322,8 +319,7 @@ def gather(P: Any, A: Any, b: Any, scale: float) -> None:
 @jit
 def scatter(P: Any) -> None:
     """x of all joints from y of the working ones and the rates of the failed ones."""
-    for i in range(P.n):
-        P.x[i] = P.rate[i]
+    assign(P.x, P.rate, P.n)
     for j in range(P.f):
         i = P.joint[j]
         P.x[i] = P.column[i] * P.y[j]
@@ -346,11 +342,7 @@ def _by_cholesky(P: Any) -> bool:
     J, L = P.J, P.L
     for i in range(m):
         for j in range(i + 1):
-            a, b = J[i], J[j]
-            s = 0.0
-            for k in range(f):
-                s += a[k] * b[k]
-            L[i, j] = s
+            L[i, j] = plus_products(0.0, J[i], J[j], f)
         P.pivot[i] = L[i, i]
     if not factor(L, m):
         return False
@@ -359,18 +351,12 @@ def _by_cholesky(P: Any) -> bool:
         worst = max(worst, L[i, i] * L[i, i] * P.pivot[i])
     if not worst * CONDITIONED <= 1.0:
         return False
-    for k in range(f):
-        P.y[k] = 0.0
-    for i in range(m):
-        P.w[i] = P.right[i]
+    P.y[:f] = 0.0
+    assign(P.w, P.right, m)
     for refinement in range(1 if worst * REFINED <= 1.0 else 2):
         if refinement:
             for i in range(m):
-                row = J[i]
-                s = P.right[i]
-                for k in range(f):
-                    s -= row[k] * P.y[k]
-                P.w[i] = s
+                P.w[i] = minus_products(P.right[i], J[i], P.y, f)
         solve_factored(L, m, P.w)
         for i in range(m):
             row, t = J[i], P.w[i]
@@ -385,8 +371,7 @@ def damped(P: Any, kappa: float) -> None:
 
     Source: Bedrossian 1993, equation 8, in the form that holds for every kappa >= 0.
     """
-    for j in range(P.f):
-        P.y[j] = 0.0
+    P.y[: P.f] = 0.0
     for k in range(P.rank):
         row = P.V[k]
         t = P.c[k] * P.sigma[k] / (P.sigma[k] * P.sigma[k] + kappa)
@@ -518,8 +503,7 @@ def resolve_task(K: Any, P: Any) -> None:
     if P.swings and qp.nc > 0:
         for k in range(task.m):
             P.b[k] = qp.b[k]
-            for i in range(chain.n):
-                P.A[k, i] = qp.A[k, i]
+            assign(P.A[k], qp.A[k], chain.n)
         _eliminate_free_joints(K.faults, chain, qp, P)
         gather(P, P.A, P.b, inverse)
         closed_form(P)
@@ -533,11 +517,7 @@ def resolve_task(K: Any, P: Any) -> None:
 def _task_slack(task: Any, chain: Any, qp: Any) -> None:
     """slack = A x - asked."""
     for k in range(task.m):
-        s = -task.asked[k]
-        row = qp.A[k]
-        for i in range(chain.n):
-            s += row[i] * qp.x[i]
-        task.slack[k] = s
+        task.slack[k] = plus_products(-task.asked[k], qp.A[k], qp.x, chain.n)
 
 
 @jit
@@ -552,10 +532,7 @@ def _is_allowed(K: Any) -> bool:
     if limits.on_demand and not K.kinematics.has_dynamics and not keeps_torque(K):
         add_constraints(K)
     for j in range(qp.nc):
-        s = 0.0
-        row = qp.C[j]
-        for i in range(n):
-            s += row[i] * qp.x[i]
+        s = plus_products(0.0, qp.C[j], qp.x, n)
         lo, hi = qp.l[j], qp.u[j]
         if not (s >= lo - INSIDE * (1.0 + abs(lo)) and s <= hi + INSIDE * (1.0 + abs(hi))):
             return False
@@ -588,10 +565,8 @@ def resolve(K: Any, P: Any, prepared: int) -> int:
         qp.x[i] = x
         draw(qp, i, 1.0, x)
         qp.z_box[i] = 0.0
-    for j in range(qp.nc):
-        qp.z[j] = 0.0
-    for k in range(task.m):
-        qp.y[k] = 0.0
+    qp.z[: qp.nc] = 0.0
+    qp.y[: task.m] = 0.0
     _task_slack(task, chain, qp)
     code = run_cascade(K, ANSWERED if _is_allowed(K) else SOLVE, SOLVED)
     if cascade.stage == MAIN_STAGE:

@@ -25,6 +25,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
 )
 from ftqp.kernel.layout.other_records import DOUBTED, IS_LOCKED_NOW, LEFT_ALONE, SWINGS_NOW, WORKS_STILL
+from ftqp.kernel.maths.linear_systems import assign
 
 WINDOW = 0.05
 """Motion that is looked at as a whole [s]. A convention: a joint that falls has gone 12 mrad by then."""
@@ -133,8 +134,7 @@ def swing_as_foretold(K: Any) -> None:
 @jit
 def look_again(scene: Any) -> None:
     """Every pair of bodies is looked at in the next tick: what the arm can brake is another now."""
-    for p in range(scene.pairs):
-        scene.look[p] = 0
+    scene.look[: scene.pairs] = 0
 
 
 @jit
@@ -325,9 +325,7 @@ def carry(K: Any, A: Any, given: Any, payload: Any) -> None:
     load(A.chain, given, payload)
     learned, chain = K.learned, K.chain
     if learned.based:
-        for i in range(chain.n):
-            chain.armature[i] = learned.base_armature[i]
+        assign(chain.armature, learned.base_armature, chain.n)
     load(chain, given, payload)
     learned.based = 0
-    for k in range(4):
-        learned.load[k] = 0.0
+    learned.load[:4] = 0.0

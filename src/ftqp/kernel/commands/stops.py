@@ -19,6 +19,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_LAG,
     STOPPED_BY_OVERLOAD,
 )
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.monitor.servos import forget_servos
 
 
@@ -34,8 +35,7 @@ def release(watch: Any, feedback: Any, chain: Any) -> None:
     """No stop is latched, and nothing is known of the last one."""
     watch.stopped = watch.rising = watch.fallbacks = 0
     feedback.moving = 0
-    for i in range(chain.n):
-        feedback.going[i] = 0.0
+    feedback.going[: chain.n] = 0.0
     watch.last_position_error = watch.last_rotation_error = inf
     watch.left = 0.0
     watch.latched = 0  # the last thing, so that whoever is interrupted has still stopped
@@ -50,8 +50,7 @@ def resume(watch: Any, feedback: Any, chain: Any) -> bool:
             return False
     feedback.waited = feedback.late = feedback.up = feedback.spent_elsewhere = 0.0
     feedback.far = feedback.stored = feedback.until_stored = 0
-    for i in range(chain.n):
-        feedback.spent[i] = 0.0
+    feedback.spent[: chain.n] = 0.0
     release(watch, feedback, chain)
     return True
 
@@ -90,11 +89,9 @@ def forget_distances(scene: Any) -> None:
     """No row keeps bodies apart, and every pair is looked at anew."""
     scene.nearest = -1
     scene.held = 0
-    for k in range(len(scene.slot)):
-        scene.slot[k] = -1
+    scene.slot[:] = -1
     look_again(scene)
-    for k in range(len(scene.gap)):
-        scene.gap[k] = -inf
+    scene.gap[:] = -inf
 
 
 @jit
@@ -145,5 +142,4 @@ def write_together(table: Any) -> None:
     for k in range(len(table)):
         to = carray(pointer(table[k, 0]), (table[k, 2],), WORD)
         given = carray(pointer(table[k, 1]), (table[k, 2],), WORD)
-        for i in range(table[k, 2]):
-            to[i] = given[i]
+        assign(to, given, table[k, 2])

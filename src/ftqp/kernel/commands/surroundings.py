@@ -9,6 +9,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_SIZE, TARGET_TWIST
 from ftqp.kernel.layout.scene_room import AXIS, FRAME, JOINT_PLACES, MASS
 from ftqp.kernel.maths.elementary import has_last_row, is_finite, is_rotation
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.maths.vectors import Vector, length, minus, plus, rotated_back, three, times, write
 from ftqp.kernel.rows.further_tasks import TURNS
 
@@ -59,8 +60,7 @@ def _begin(K: Any, t: int) -> None:
     """The goal of task t is where the arm is."""
     terms, kinematics, chain = K.terms, K.kinematics, K.chain
     if terms.kind[t] == JOINT_PLACES:
-        for i in range(chain.n):
-            terms.q_goal[t, i] = K.state.q[i]
+        assign(terms.q_goal[t], K.state.q, chain.n)
         return
     for k in range(6):
         terms.rate[t, k] = terms.rate_change[t, k] = 0.0
@@ -149,8 +149,7 @@ def aim_joints(terms: Any, t: int, n: int, q: Any) -> int:
     for i in range(n):
         if not is_finite(q[i]):
             return NO_POSE
-    for i in range(n):
-        terms.q_goal[t, i] = q[i]
+    assign(terms.q_goal[t], q, n)
     return 0
 
 
@@ -166,9 +165,7 @@ def move_thing(scene: Any, k: int, T: Any, twist: Any) -> int:
         scene.place[k, r] = T[4 * r + 3]
         for c in range(3):
             scene.turn[k, 3 * r + c] = T[4 * r + c]
-    for i in range(6):
-        scene.twist[k, i] = twist[i]
+    assign(scene.twist[k], twist, 6)
     look_again(scene)
-    for p in range(len(scene.gap)):
-        scene.gap[p] = -inf
+    scene.gap[:] = -inf
     return 0

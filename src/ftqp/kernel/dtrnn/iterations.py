@@ -39,7 +39,14 @@ from ftqp.kernel.layout.enums import E47, FAILED, IMPLICIT, INFEASIBLE, LVI94, M
 from ftqp.kernel.layout.flat_arrays import KEPT, SIZES, VALID
 from ftqp.kernel.layout.thresholds import PROOF_SHARE
 from ftqp.kernel.maths.elementary import is_finite, matrix_view
-from ftqp.kernel.maths.linear_systems import factor, lu_factor, lu_solve
+from ftqp.kernel.maths.linear_systems import (
+    assign,
+    factor,
+    lu_factor,
+    lu_solve,
+    minus_products,
+    plus_products,
+)
 from ftqp.kernel.maths.symmetric_eigen import extreme_eigenvalues, gram
 
 STEADY = 1e-2
@@ -84,9 +91,7 @@ def drift(net: Network, gamma: float, steady: float) -> bool:
     steps = inf
     for i in range(N):
         row = net.Gamma[i]
-        s = 0.0
-        for j in range(N):
-            s += row[j] * d[j]
+        s = plus_products(0.0, row, d, N)
         w = net.u[i] - net.F[i]
         inside = w > net.low[i] and w < net.high[i]
         change = max(change, abs(s) if inside else abs(d[i]))
@@ -116,9 +121,7 @@ def quick_scaling(net: Network) -> tuple[float, float]:
         smallest, largest = min(smallest, net.Gamma[i, i]), max(largest, net.Gamma[i, i])
     first = net.variables + net.slacks
     for k in range(net.rows):
-        s = 0.0
-        for a in range(net.variables):
-            s += net.Gamma[first + k, a] * net.Gamma[first + k, a]
+        s = plus_products(0.0, net.Gamma[first + k], net.Gamma[first + k], net.variables)
         row = max(row, s)
     smallest = max(smallest, 1e-9 * largest)
     return (1.0 / smallest if largest > 0.0 else 1.0), (1.0 / sqrt(row) if row > 0.0 else 1.0)
@@ -132,8 +135,7 @@ def scaling_rule(net: Network) -> tuple[float, float]:
     s, q = 1.0, 1.0
     if n > 0:
         for i in range(n):
-            for j in range(i + 1):
-                S[i, j] = net.Gamma[i, j]
+            assign(S[i], net.Gamma[i], i + 1)
         least, largest = extreme_eigenvalues(S, n, a, b)
         least, largest = least / net.scales[0], largest / net.scales[0]
         if largest > 0.0:
@@ -152,8 +154,7 @@ def factor_implicit(net: Network) -> None:
     """The factors of I + Gamma."""
     N = len(net.u)
     for i in range(N):
-        for j in range(N):
-            net.factor[i, j] = net.Gamma[i, j]
+        assign(net.factor[i], net.Gamma[i], N)
         net.factor[i, i] += 1.0
     lu_factor(net.factor, N, net.pivots)
 
@@ -176,14 +177,12 @@ def iterate(net: Network, method: int, gamma: float, size: float) -> None:
     N = len(net.u)
     d = net.direction
     if method == IMPLICIT:
-        for i in range(N):
-            d[i] = net.e[i]
+        assign(d, net.e, N)
         lu_solve(net.factor, N, net.pivots, d)
         for i in range(N):
             net.u[i] -= gamma * d[i]
         return
-    for j in range(N):
-        d[j] = 0.0
+    d[:N] = 0.0
     for i in range(N):
         e = net.e[i]
         row = net.Gamma[i]
@@ -243,8 +242,7 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
                 break
             size = residual(net, net.u)
         if k == PATIENCE and warm and not o.paper:
-            for i in range(len(net.u)):
-                net.u[i] = 0.0
+            net.u[:] = 0.0
             size = residual(net, net.u)
         if o.newton and k % JUMP_EVERY == 0:
             if jump(net, o, size, k >= PATIENCE and not o.paper):
@@ -331,10 +329,7 @@ def _solve_unknowns(net: Network, count: int) -> None:
     for a in range(count):
         i = int(net.order[a])
         row = net.Gamma[i]
-        s = -net.z[i]
-        for j in range(N):
-            s -= row[j] * trial[j]
-        right[a] = s
+        right[a] = minus_products(-net.z[i], row, trial, N)
         for c in range(count):
             S[a, c] = row[int(net.order[c])]
     lu_factor(S, count, net.jump_pivots)
@@ -344,9 +339,7 @@ def _solve_unknowns(net: Network, count: int) -> None:
     for k in range(net.slacks):
         if net.side[net.variables + k] == 0.0:
             row = net.Gamma[first + net.rows - net.slacks + k]
-            s = 0.0
-            for a in range(net.variables):
-                s += row[a] * trial[a]
+            s = plus_products(0.0, row, trial, net.variables)
             trial[net.variables + k] = s / net.scales[1]
 
 
@@ -383,8 +376,7 @@ def right_sides(net: Network, v: Any) -> None:
     Source: Júdice and Pires 1994, block principal pivoting.
     """
     bounds = net.variables + net.slacks
-    for i in range(bounds):
-        net.side[i] = 2.0
+    net.side[:bounds] = 2.0
     fewest, tries = bounds + 1, TRIES
     for k in range(STEPS + LONG_STEPS * bounds):
         wrong = _change_sides(net, v if k == 0 else net.trial, k == 0, tries == 0)
@@ -401,8 +393,7 @@ def right_sides(net: Network, v: Any) -> None:
 @jit
 def _newton_steps(net: Network, o: Options, v: Any, size: float) -> bool:
     """Newton steps from v, its F in the network, until ``trial`` is worth a jump; False when none is."""
-    for i in range(net.variables + net.slacks):
-        net.side[i] = 2.0
+    net.side[: net.variables + net.slacks] = 2.0
     for k in range(1 if o.paper else STEPS):
         if _change_sides(net, v if k == 0 else net.trial, k == 0, False) == 0:
             return False
@@ -439,8 +430,7 @@ def jump(net: Network, o: Options, size: float, long: bool) -> bool:
     else:
         found = _newton_steps(net, o, net.u, size)
     if found:
-        for i in range(len(net.u)):
-            net.u[i] = net.trial[i]
+        assign(net.u, net.trial, len(net.u))
     return found
 
 
@@ -611,12 +601,9 @@ def solve_planner_qp(cascade: Any, qp: Any, memory: Any) -> int:
     publish(net, Q, qp.x, qp.y, qp.z, qp.z_box)
     if code == SOLVED:
         memory[VALID] = 1.0
-        for i in range(n):
-            x[i] = qp.x[i]
-        for k in range(m):
-            y[k] = qp.y[k]
-        for j in range(p):
-            z[j] = qp.z[j]
+        assign(x, qp.x, n)
+        assign(y, qp.y, m)
+        assign(z, qp.z, p)
     return code
 
 
@@ -633,8 +620,7 @@ def _is_convex(net: Network) -> bool:
     for i in range(n):
         largest = max(largest, abs(net.Gamma[i, i]))
     for i in range(n):
-        for j in range(i + 1):
-            S[i, j] = net.Gamma[i, j]
+        assign(S[i], net.Gamma[i], i + 1)
         S[i, i] += CONVEX * largest
     return largest == 0.0 or factor(S, n)
 

@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, SOLVED
 from ftqp.kernel.maths.elementary import matrix_view
+from ftqp.kernel.maths.linear_systems import assign, plus_products
 
 
 class Network(NamedTuple):
@@ -195,8 +196,7 @@ def assemble(memory: Any, Q: Problem) -> tuple[int, Network]:
     net.scales[0] = net.scales[1] = 1.0
     for i in range(N):
         z[i], net.u[i], net.low[i], net.high[i] = 0.0, 0.0, -inf, inf
-        for j in range(N):
-            Gamma[i, j] = 0.0
+        Gamma[i, :N] = 0.0
     k = 0
     for i in range(n):
         if lb[i] < ub[i]:
@@ -253,9 +253,7 @@ def start(net: Network, m: int, x: Any, y: Any, z: Any) -> None:
         net.u[primal + k] = -y[i] if i < m else -z[i - m] * net.norm[k]
     for s in range(net.slacks):
         row = net.Gamma[primal + equalities + s]
-        value = 0.0
-        for a in range(net.variables):
-            value += row[a] * net.u[a]
+        value = plus_products(0.0, row, net.u, net.variables)
         net.u[net.variables + s] = min(max(value, net.low[net.variables + s]), net.high[net.variables + s])
 
 
@@ -267,14 +265,11 @@ def publish(net: Network, Q: Problem, x: Any, y: Any, z: Any, z_box: Any) -> Non
     """
     n, m, p, H, A, C, lb, ub = Q.n, Q.m, Q.p, Q.H, Q.A, Q.C, Q.lb, Q.ub
     primal = net.variables + net.slacks
-    for i in range(n):
-        x[i] = ub[i]
+    assign(x, ub, n)
     for a in range(net.variables):
         x[int(net.variable[a])] = min(max(net.u[a], net.low[a]), net.high[a])
-    for k in range(m):
-        y[k] = 0.0
-    for j in range(p):
-        z[j] = 0.0
+    y[:m] = 0.0
+    z[:p] = 0.0
     scale = net.scales[1] / net.scales[0]
     for k in range(net.rows):
         i = int(net.row[k])
@@ -284,16 +279,9 @@ def publish(net: Network, Q: Problem, x: Any, y: Any, z: Any, z_box: Any) -> Non
         else:
             z[i - m] = value / net.norm[k]
     for i in range(n):
-        if Q.dense:
-            r = Q.g[i]
-            for j in range(n):
-                r += H[i, j] * x[j]
-        else:
-            r = Q.g[i] + Q.H_diagonal[i] * x[i]
-        for k in range(m):
-            r += A[k, i] * y[k]
-        for j in range(p):
-            r += C[j, i] * z[j]
+        r = plus_products(Q.g[i], H[i], x, n) if Q.dense else Q.g[i] + Q.H_diagonal[i] * x[i]
+        r = plus_products(r, A[:, i], y, m)
+        r = plus_products(r, C[:, i], z, p)
         step = x[i] - net.scales[0] * r
         z_box[i] = -r if lb[i] >= ub[i] or step < lb[i] or step > ub[i] else 0.0
 
@@ -328,9 +316,7 @@ def residual(net: Network, u: Any) -> float:
     total = 0.0
     for i in range(N):
         row = net.Gamma[i]
-        F = net.z[i]
-        for j in range(N):
-            F += row[j] * u[j]
+        F = plus_products(net.z[i], row, u, N)
         net.F[i] = F
         e = u[i] - min(max(u[i] - F, net.low[i]), net.high[i])
         net.e[i] = e
@@ -390,9 +376,7 @@ def quality(net: Network, u: Any) -> tuple[float, float, float, float]:
     gap, energy, r_eq, right = 0.0, 0.0, 0.0, 0.0
     for i in range(N):
         row = net.Gamma[i]
-        force = net.z[i]
-        for j in range(primal):
-            force += row[j] * v[j]
+        force = plus_products(net.z[i], row, v, primal)
         s = force
         for j in range(primal, N):
             s += row[j] * v[j]

@@ -16,53 +16,28 @@ PORTION = 500
 
 @final
 class ArmRecords:
-    """Arms that all begin as one session.
-
-    Args:
-        session: What each begins with, which stays as it is.
-        orders: The compiled calls that configure it.
-        samples: Of the braking reserve; None where torque is not limited.
-        count: How many arms.
-        joints: How many joints each has.
-        threads: How many threads share them out.
-
-    Attributes:
-        mask: Which arms take part in a step, (count,).
-        targets: The target of each arm, packed, (count, 29).
-        q: Where each arm is, (count, joints).
-        v: How fast it is there, (count, joints).
-        sent: What its drives are sent, positions and velocities, (count, 2, joints).
-        found: What its monitor has found of each joint and it counts on, (count, joints): 0 nothing, 1 that
-            it is locked, 2 that it swings freely.
-        status: How its last tick ended, (count,).
-        error: Errors of its last tick, (count, 2).
-        poses: The end effector of each arm, as ``find_poses`` left them, (count, 4, 4).
-    """
+    """Arms that all begin as one session, which stays as it is; its commands tell it the rest."""
 
     def __init__(
-        self,
-        session: Session,
-        orders: PlannerCommands,
-        samples: ReserveSamples | None,
-        count: int,
-        joints: int,
-        threads: int,
-    ) -> None:
+        self, session: Session, commands: PlannerCommands, samples: ReserveSamples | None, count: int,
+        joints: int, threads: int,
+    ) -> None:  # fmt: skip
         self._count, self._joints, self._threads = count, joints, threads
         self._records, self._givens = zeros_in_line(dtype("record"), count), np.zeros(count, dtype("given"))
         self._works = zeros_in_line(dtype("free"), count)
-        self._model, self._what, self._arm = session.memory, orders.memory, in_line(orders.arm)
-        self._lent = session, orders  # what the records point at lives as long
+        self._model, self._what, self._arm = session.memory, commands.memory, in_line(commands.arm)
+        self._lent = session, commands  # what the records point at lives as long
         self._rows = np.zeros(1) if samples is None else samples.rows
         self._samples = 0 if samples is None else len(samples.rows)
         self._shares = np.zeros(1, dtype("reserve"))
         self.targets: FloatArray = np.zeros((count, TARGET_SIZE))
         self.q, self.v = np.zeros((count, joints)), np.zeros((count, joints))
-        self.mask: BoolArray = np.ones(count, dtype=bool)
-        self.sent = np.zeros((count, 2, joints))
+        self.mask: BoolArray = np.ones(count, dtype=bool)  # which arms take part in a step
+        self.sent = np.zeros((count, 2, joints))  # positions and velocities that the drives are told
+        # what is counted on of each joint: 0 nothing, 1 that it is locked, 2 that it swings freely
         self.found: IntArray = np.zeros((count, joints), dtype=np.int64)
         self.status, self.error = np.zeros(count, dtype=np.int64), np.zeros((count, 2))
-        self.poses: FloatArray = np.zeros((count, 4, 4))
+        self.poses: FloatArray = np.zeros((count, 4, 4))  # as ``find_poses`` left them
         self._step = bound(
             "step_arms", self._records, self._givens, self._works, self.mask, self.targets, self.q, self.v,
             self.sent, self.found, self.status, self.error, count, joints,
@@ -77,17 +52,11 @@ class ArmRecords:
         )  # fmt: skip
         share_out(lambda first, last: call(first, last), self._count, self._threads)
 
-    def tell(
-        self, fault: Any, mask: BoolArray, news: BoolArray, goes_on: BoolArray, weak: bool
-    ) -> None:  # fmt: skip
-        """Let the arms that are meant count on what a record of kind ``fault``, (1,), says.
+    def tell(self, fault: Any, mask: BoolArray, news: BoolArray, goes_on: BoolArray, weak: bool) -> None:
+        """Let the arms of a mask count on what a record of kind ``fault``, (1,), says.
 
-        Args:
-            fault: The record.
-            mask: The arms, (count,).
-            news: Those of them that believe something else, (count,).
-            goes_on: Those of them in which the joint is locked already, (count,).
-            weak: Whether the joint has less torque, so that it may not hold the arm.
+        To those of ``news`` it says something else than before, in those of ``goes_on`` the joint is locked
+        already, and a ``weak`` one has less torque, so that it may not hold the arm.
         """
         bound(
             "tell_arms", self._records, self._givens, self._arm, fault, mask, news, goes_on, self._count,

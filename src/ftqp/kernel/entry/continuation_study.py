@@ -34,16 +34,10 @@ class Continuations:
 
 
 class ContinuationStudy:
-    """Continuations along one path.
+    """Continuations along one path, whose samples are (N + 1, 4, 4) goals at a distance of ``dt`` [s].
 
-    Args:
-        session: Studies of the arm with the task's rows; it is copied.
-        goals: Poses of all samples, (N + 1, 4, 4).
-        dt: The time between samples [s].
-        q_min, q_max, v_max: Limits, (n,).
-        a_max: Decelerations with which a joint that fails brakes, (n,) [rad/s2 or m/s2].
-        near: The error of position from which on a bounded continuation is lost [m].
-        turned: The same of rotation [rad].
+    The session, studies of the arm with the task's rows, is copied. A joint that fails brakes with ``a_max``,
+    and bounded continuations are lost beyond the errors ``near`` [m] and ``turned`` [rad].
     """
 
     def __init__(
@@ -79,70 +73,15 @@ class ContinuationStudy:
         whole: bool = False,
         share: float | None = None,
         threads: int | None = None,
+        path: FloatArray | None = None,
     ) -> Continuations:
         """How continuations end, on all cores; the result does not depend on how they are shared out.
 
-        Args:
-            q: Configurations at the failure, (k, n) [rad or m].
-            samples: Samples of the failures, (k,).
-            failed: The joint that fails, (k,), or two of them, (k, 2), -1 for none.
-            speed: With which they begin to brake, of the shape of ``failed``; None locks them at once.
-            bounded: Whether by bounded QPs; else the joints left must be as many as rows.
-            whole: Whether a bounded continuation that is lost is followed to the end all the same.
-            share: What is left of the speed limit of joints that are degraded; None: they are locked.
-            threads: How many; None is ``thread_count``.
+        They begin at q, (k, n), at samples, (k,), as one joint fails, (k,), or two, (k, 2), -1 for none: at a
+        ``speed`` of theirs they brake, else they are locked at once; with a ``share`` of their speed limits
+        left they go on. They are ``bounded`` by QPs and then, where ``whole``, followed to the end although
+        lost; else the joints left must be as many as rows. The samples of one that is alone go into ``path``.
         """
-        return self._followed(q, samples, failed, speed, bounded, whole, share, threads, None)
-
-    def motion(
-        self,
-        q: Any,
-        sample: int,
-        failed: Any,
-        *,
-        speed: Any = None,
-        bounded: bool = False,
-        whole: bool = False,
-        share: float | None = None,
-    ) -> FloatArray:
-        """The samples of one continuation, as in ``runs``, (N + 1 - sample, n), NaN behind its end."""
-        path = np.full((len(self._goals), self._session.nv), np.nan)
-        speeds = None if speed is None else np.atleast_1d(speed)[None]
-        one = np.asarray(q)[None], [sample], np.atleast_1d(failed)[None], speeds
-        self._followed(*one, bounded, whole, share, 1, path)
-        path[0] = q
-        return path[: len(self._goals) - sample]
-
-    def tracks(
-        self, starts: Any, speeds: Any, threads: int | None = None
-    ) -> tuple[FloatArray, IntArray, FloatArray]:
-        """Motions along the path from starts, (k, n), at self-motion speeds of each sample, (k, N) [rad/s].
-
-        Returns:
-            q (k, N + 1, n), NaN behind the last sample that was reached; last samples (k,); errors (k,) [m].
-        """
-        starts, speeds = np.asarray(starts, dtype=np.float64), np.array(speeds, dtype=np.float64, order="C")
-        count, samples = len(starts), len(self._goals)
-        if starts.shape != (count, self._session.nv) or speeds.shape != (count, samples - 1):
-            raise InputError(
-                f"starts have shape {starts.shape} and speeds {speeds.shape}, expected (k, "
-                f"{self._session.nv}), (k, {samples - 1})"
-            )
-        q, facts = np.full((count, samples, self._session.nv), np.nan), np.zeros((count, 2))
-        q[:, 0] = starts
-
-        def work(first: int, last: int) -> None:
-            session, memory = self._session.copy(), self._memory.copy()
-            things = count, samples, self._goals, speeds, q, facts, first, last
-            session.bind("self_speed_tracks", memory, *things)()
-
-        share_out(work, count, threads)
-        return q, facts[:, 0].astype(np.int64), facts[:, 1].copy()
-
-    def _followed(
-        self, q: Any, samples: Any, failed: Any, speed: Any, bounded: bool, whole: bool, share: float | None,
-        threads: int | None, path: FloatArray | None,
-    ) -> Continuations:  # fmt: skip
         q, samples = np.ascontiguousarray(q, dtype=np.float64), np.ascontiguousarray(samples, dtype=np.int64)
         k, last = len(q), len(self._goals) - 1
         joints, speeds = np.full((k, FAILED_JOINTS), -1, np.int64), np.zeros((k, FAILED_JOINTS))
@@ -169,6 +108,40 @@ class ContinuationStudy:
             rotation=rotation, margin=np.where(margin > 1e299, np.inf, margin), hurry=hurry,
             clearance=clearance,
         )  # fmt: skip
+
+    def motion(self, q: Any, sample: int, failed: Any, *, speed: Any = None, **how: Any) -> FloatArray:
+        """The samples of one continuation, as in ``runs``, (N + 1 - sample, n), NaN behind its end."""
+        path = np.full((len(self._goals), self._session.nv), np.nan)
+        speed = None if speed is None else np.atleast_1d(speed)[None]
+        one = np.asarray(q)[None], [sample], np.atleast_1d(failed)[None]
+        self.runs(*one, speed=speed, threads=1, path=path, **how)
+        path[0] = q
+        return path[: len(self._goals) - sample]
+
+    def tracks(
+        self, starts: Any, speeds: Any, threads: int | None = None
+    ) -> tuple[FloatArray, IntArray, FloatArray]:
+        """Motions along the path from starts, (k, n), at self-motion speeds of each sample, (k, N) [rad/s].
+
+        q (k, N + 1, n), NaN behind the last sample that was reached; last samples (k,); errors (k,) [m].
+        """
+        starts, speeds = np.asarray(starts, dtype=np.float64), np.array(speeds, dtype=np.float64, order="C")
+        count, samples = len(starts), len(self._goals)
+        if starts.shape != (count, self._session.nv) or speeds.shape != (count, samples - 1):
+            raise InputError(
+                f"starts have shape {starts.shape} and speeds {speeds.shape}, expected (k, "
+                f"{self._session.nv}), (k, {samples - 1})"
+            )
+        q, facts = np.full((count, samples, self._session.nv), np.nan), np.zeros((count, 2))
+        q[:, 0] = starts
+
+        def work(first: int, last: int) -> None:
+            session, memory = self._session.copy(), self._memory.copy()
+            things = count, samples, self._goals, speeds, q, facts, first, last
+            session.bind("self_speed_tracks", memory, *things)()
+
+        share_out(work, count, threads)
+        return q, facts[:, 0].astype(np.int64), facts[:, 1].copy()
 
     def _check(self, q: FloatArray, samples: IntArray, failed: IntArray, *, exact: bool) -> None:
         n, m, k, last = self._session.nv, self._session.m, len(q), len(self._goals) - 1

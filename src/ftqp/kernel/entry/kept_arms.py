@@ -11,6 +11,7 @@ from ftqp.kernel.entry.rollout import copy_words
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.enums import FREE, MEASURED, NEWS
 from ftqp.kernel.layout.record import dtype
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.ticks.steps import TARGET_SIZE, tick_as_told
 
 __all__ = ["TARGET_SIZE"]
@@ -38,8 +39,7 @@ def begin_arms(
             if givens[r].swings:
                 for w in range(WORK_WORDS):
                     work_words[r * WORK_WORDS + w] = 0
-            for i in range(records[r].chain.n):
-                found[r, i] = 0
+            found[r, : records[r].chain.n] = 0
             copy_words(model, used, words[r * RECORD_WORDS : (r + 1) * RECORD_WORDS])
             for w in range(GIVEN_WORDS):
                 given_words[r * GIVEN_WORDS + w] = what[w]
@@ -113,11 +113,9 @@ def step_arms(
 def poses(A: Any, q: Any, out: Any) -> None:
     """The pose of the end effector at each q, (count, n), as a matrix, (count, 16)."""
     for r in range(len(q)):
-        for i in range(A.chain.n):
-            A.state.q[i] = q[r, i]
+        assign(A.state.q, q[r], A.chain.n)
         forward_kinematics(A, A.state)
-        for k in range(16):
-            out[r, k] = 0.0
+        out[r, :16] = 0.0
         for a in range(3):
             for b in range(3):
                 out[r, 4 * a + b] = A.kinematics.R_tip[3 * a + b]

@@ -1,6 +1,7 @@
 """The point-to-point law on any arm from Python: runs after failures, and lines of the healthy arm."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -39,13 +40,7 @@ class Followed:
 
 
 class LawStudy:
-    """Runs and lines of one arm with one goal.
-
-    Args:
-        session: Studies of the arm with the goal set; it is copied.
-        M: The inverse of the weights, (n, n).
-        unit: The mean length of a link [m].
-    """
+    """Runs and lines of one arm with one goal; M is the inverse of the weights, ``unit`` a link [m]."""
 
     def __init__(self, session: StudySession, M: FloatArray, unit: float) -> None:
         self._session = session.copy()
@@ -58,9 +53,7 @@ class LawStudy:
 
     def copy(self) -> "LawStudy":
         """A study of its own of the same: one for each thread."""
-        other = LawStudy.__new__(LawStudy)
-        other.__setstate__(self.__getstate__())
-        return other
+        return copy(self)
 
     def runs(self, starts: FloatArray, locked: IntArray, **options: float) -> tuple[Any, Any, Any]:
         """Endings (R,), ends (R, n) [rad or m], and way [rad or m], time of success [s] and steps, (R, 3).

@@ -40,13 +40,7 @@ class ReserveSamples:
 
 @final
 class Load:
-    """A load in the frame of the robot's own tip.
-
-    Args:
-        mass: [kg]; 0 is no load.
-        com: Its centre of mass, (3,) [m].
-        inertia: About that, (3, 3) [kg m2].
-    """
+    """A load in the frame of the robot's own tip; a mass of 0 is none, the inertia is about ``com``."""
 
     def __init__(self, mass: float, com: Any = (0.0, 0.0, 0.0), inertia: Any = 0.0) -> None:
         self.memory = np.zeros(1, dtype("load"))
@@ -60,12 +54,9 @@ NO_LOAD = Load(0.0)
 
 @final
 class PlannerCommands:
-    """Commands to a planner between its steps.
+    """Commands to a planner between its steps; ``arm`` is the arm by itself, loaded as the record is.
 
-    Args:
-        session: The planner's.
-        arm: The arm by itself, which is loaded as the record is.
-        given: Fields of what the planner was made with, by name; see ``given`` in ``other_records``.
+    What the planner was made with has its fields in ``given`` of ``other_records``.
     """
 
     def __init__(self, session: Session, arm: ArmSession, given: Mapping[str, Any]) -> None:

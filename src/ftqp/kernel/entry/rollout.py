@@ -11,6 +11,7 @@ from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import AS_STATED, FREE, INVALID_INPUT, MEASURED, OK, SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.maths.elementary import is_finite
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.rows.task_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_state
 from ftqp.kernel.ticks.steps import FLOAT
@@ -51,8 +52,7 @@ def _tick(K: Any, F: Any, target: Any) -> int:
     n = K.chain.n
     for i in range(n):
         state.given_q[i], state.given_v[i] = state.q_command[i], state.v_command[i]
-    for i in range(TARGET_SIZE):
-        K.task.target[i] = target[i]
+    assign(K.task.target, target, TARGET_SIZE)
     accept_state(state, K.chain, n)
     if falls(K.faults, K.chain):
         code = run_cascade(K, prepare_free(K, F), SOLVED)
@@ -139,8 +139,7 @@ def rollout(model: Any, used: Any, B: Any, own: Any, K: Any, F: Any, n: int, fir
             if code != OK and first_bad[r] < 0:
                 first_bad[r] = k
             if kept > 0 and (k + 1) % B.every == 0:
-                for i in range(n):
-                    trace[r, k // B.every, i] = K.state.q_command[i]
+                assign(trace[r, k // B.every], K.state.q_command, n)
         for i in range(n):
             q[r, i], v[r, i] = K.state.q_command[i], K.state.v_command[i]
         done += 1

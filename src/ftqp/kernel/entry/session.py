@@ -7,6 +7,7 @@ Whoever drives the kernel from Python holds a session, reads and writes its room
 import os
 from _thread import start_new_thread
 from collections.abc import Callable, Sequence
+from copy import copy
 from functools import cached_property, partial
 from itertools import pairwise
 from queue import Empty, SimpleQueue
@@ -130,11 +131,7 @@ def share_out(
 
 
 class Session:
-    """A planner's record.
-
-    Attributes:
-        K: The rooms of the record, by attribute.
-    """
+    """A planner's record, and its rooms by attribute, ``K``."""
 
     def __init__(self, joints: int) -> None:
         check_joints(joints)
@@ -166,9 +163,7 @@ class Session:
 
     def copy(self) -> "Session":
         """A session of its own that holds the same, with the scene as it is now for good."""
-        other = Session.__new__(Session)
-        other.__setstate__(self.__getstate__())
-        return other
+        return copy(self)
 
     @property
     def _balls(self) -> tuple[FloatArray, ...]:
@@ -214,15 +209,8 @@ class Session:
 class Memory:
     """A record beside a planner's: of what leads it, of servos, of a joint that swings freely, and the like.
 
-    Args:
-        kind: Its name in the layout.
-        table: The intervals of a path, (rows, 50).
-
-    Attributes:
-        kind: Its name in the layout.
-        memory: The record, (1,).
-        fields: Its fields, by attribute.
-        table: The intervals of a path, (rows, 50); else empty.
+    ``kind`` is its name in the layout, ``fields`` has its fields by attribute, and a path has a ``table`` of
+    its intervals, (rows, 50).
     """
 
     def __init__(self, kind: str, table: Any = ()) -> None:
@@ -246,15 +234,9 @@ class Memory:
 
 
 class ArmSession:
-    """Kinematics and dynamics of one arm, apart from any planner.
+    """Kinematics and dynamics of one arm, apart from any planner, in the rooms of its own ``K``.
 
-    Args:
-        constants: Those of the chain, by the argument names of ``load_chain``.
-
-    Attributes:
-        memory: The record, (1,).
-        K: The rooms ``state``, ``kinematics`` and ``chain``.
-        joints: Its joints by number.
+    The constants of its chain go by the argument names of ``load_chain``.
     """
 
     def __init__(self, constants: dict[str, Any]) -> None:

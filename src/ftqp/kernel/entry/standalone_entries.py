@@ -46,8 +46,7 @@ def solve_networks(
     |e| go into the rows of ``found``.
     """
     soft = memory[len(memory) - m :]
-    for k in range(m):
-        soft[k] = 0.0
+    soft[:m] = 0.0
     for k in range(first, last):
         H, g, A, b, C, l, u, lb, ub = _parts(problems[min(k, len(problems) - 1)], n, m, p)
         Q = Problem(n, m, p, 1, H, g, g, A, b, soft, C, l, u, lb, ub)

@@ -4,6 +4,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.other_records import FACTS, FAILED_JOINTS, GOAL_SIZE
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.study.continuations import (
     aim,
     begin,
@@ -26,8 +27,7 @@ def values_at(S: Any, q: Any, e: Any, A: Any, D: Any, H: Any) -> None:
         task_values(S)
         for row in range(S.study.m):
             e[k, row] = S.study.e[row]
-            for i in range(S.chain.n):
-                A[k, row, i] = S.study.A[row, i]
+            assign(A[k, row], S.study.A[row], S.chain.n)
         error_rates(S, D[k])
         if len(H) > 0:
             jacobian_rates(S, H[k])
@@ -57,8 +57,7 @@ def solutions_from(S: Any, q: Any, goals: Any, left: Any, bounded: int, near: in
         left[k, 0] = task_values(S)
         decompose(S)
         left[k, 1] = S.study.sigma[S.study.m - 1]
-        for i in range(S.chain.n):
-            q[k, i] = S.state.q[i]
+        assign(q[k], S.state.q, S.chain.n)
 
 
 @jit

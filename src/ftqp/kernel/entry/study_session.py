@@ -4,6 +4,7 @@ Configurations are (k, nv) or (nv,) [rad or m]; lengths are in metres.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,20 +49,12 @@ class SpreadCurves:
 
 
 class StudySession:
-    """Compiled studies of one arm and one set of task rows.
+    """Compiled studies of one arm and one set of task rows, by their index, (m,), in the rooms of ``S``.
 
-    Args:
-        constants: Those of the chain, by the argument names of ``load_chain``.
-        rows: Which of x, y, z, rx, ry, rz count, by index, (m,).
-        length: What angular rows are multiplied by [m].
-        q_min, q_max: Where curves end, (nv,) [rad or m]; infinite without an end.
-        wraps: Joints whose values count modulo one turn, (nv,).
-        step: Largest step of a traced curve [rad or m].
-        axis: Whether rx and ry are the shortest turn of the tool's z axis, along the goal's x and y axes;
-            derivatives of A are not known then.
-
-    Attributes:
-        S: The rooms ``state``, ``kinematics``, ``chain``, ``ahead``, ``scene`` and ``study``.
+    ``constants`` go by the names of ``load_chain``; angular rows are multiplied by ``length``. Curves
+    take steps of at most ``step`` and end at q_min and q_max; joints that ``wraps`` count modulo one
+    turn. With ``axis`` rx and ry are the shortest turn of the tool's z axis, along the goal's x and y axes,
+    and derivatives of A are not known.
     """
 
     def __init__(
@@ -101,9 +94,7 @@ class StudySession:
 
     def copy(self) -> "StudySession":
         """A session of its own that holds the same."""
-        other = StudySession.__new__(StudySession)
-        other.__setstate__(self.__getstate__())
-        return other
+        return copy(self)
 
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""

@@ -25,15 +25,9 @@ class Met(NamedTuple):
 
 @final
 class WaySession:
-    """One search, whose same looks give the same way.
+    """One search, whose same looks give the same way; its room is ``W``.
 
-    Args:
-        session: The planner's.
-        whole: How many capsules of its scene are bodies, and not ends of them.
-
-    Attributes:
-        W: The room of the search, by attribute.
-        n: How many joints there are.
+    ``whole`` of the capsules of the planner's scene are bodies, and not ends of them.
     """
 
     def __init__(self, session: Session, whole: int) -> None:
@@ -94,14 +88,11 @@ class WaySession:
 
     def search_step(self, looks: int) -> WayStage:
         """Search for about so many looks."""
-        stage = self._search_step(looks)
+        table, raw = self._table, self._raw
+        stage = WayStage(self._bind("search_step", looks, table, raw, len(table))())
         if stage is WayStage.SAMPLING:
             self._table, self._raw = (np.zeros((int(self.W.ticks), self.n)) for _ in range(2))
         return stage
-
-    def _search_step(self, looks: int) -> WayStage:
-        table, raw = self._table, self._raw
-        return WayStage(self._bind("search_step")(looks, table.ctypes.data, raw.ctypes.data, len(table)))
 
     def prove_again(self, table: FloatArray, first: int) -> None:
         """Prove what is left of a motion, from a tick on, in the scene as the planner has it now."""

@@ -56,15 +56,6 @@ class Workspace:
         """Changes of the working set in the last solve."""
         return int(self._Q.iterations)
 
-    @property
-    def tolerance(self) -> float:
-        """Largest violation of a bound or row that counts as none."""
-        return float(self._Q.tolerance)
-
-    @tolerance.setter
-    def tolerance(self, value: float) -> None:
-        self._Q.tolerance = value
-
 
 def solve_networks(
     problems: FloatArray,
@@ -77,14 +68,9 @@ def solve_networks(
 ) -> FloatArray:
     """The network on QPs of the same sizes, on all cores: code, iterations and |e| of each, (count, 3).
 
-    Args:
-        problems: The QPs, each as in ``ftqp.qp.QPBuffers.flat``; (count, k), or (1, k) for one that is all.
-        solutions: x, z_box, y, z of each; the start when ``warm``, the answer on return.
-        sizes: How many variables, equality rows and two-sided rows.
-        numbers: The options, (7,).
-        memory: Of one QP, where it is alone; None makes some.
-        trace: (k, 4), filled as far as it reaches.
-        warm: Whether to start from ``solutions``.
+    Problems are as in ``ftqp.qp.QPBuffers.flat``, (count, k), or (1, k) for one that is all; solutions have
+    x, z_box, y, z of each, the start when ``warm``, the answer on return. ``numbers`` are the options, (7,),
+    and ``trace``, (k, 4), is filled as far as it reaches. A QP that is alone may have a ``memory``.
     """
     found, size = np.zeros((len(solutions), 3)), memory_size(*sizes)
     things = problems, len(problems), solutions, len(solutions), found

@@ -65,6 +65,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.other_records import STARTS
 from ftqp.kernel.layout.thresholds import FREE_SHARE, HANGS
 from ftqp.kernel.maths.elementary import is_finite
+from ftqp.kernel.maths.linear_systems import plus_products
 from ftqp.kernel.rows.failed_joints import sort_joints
 from ftqp.kernel.rows.joint_intervals import draw
 
@@ -170,9 +171,7 @@ def _aim(state: Any, task: Any, kinematics: Any, chain: Any, F: Any) -> None:
     near = far <= NEAR * NEAR  # not so if it is not finite
     half = 0.5 * BRAKING_TIME
     for r in range(3):
-        moving = 0.0
-        for j in range(chain.n):
-            moving += kinematics.J[r, j] * state.v[j]
+        moving = plus_products(0.0, kinematics.J[r], state.v, chain.n)
         F.goal[r] = kinematics.o_tip[r] + half * moving
         if near and is_finite(task.target[TARGET_TWIST + r]):
             F.goal[r] = task.target[4 * r + 3] + half * task.target[TARGET_TWIST + r]
@@ -337,9 +336,7 @@ def _drift(faults: Any, limits: Any, kinematics: Any, chain: Any, free: Any, F: 
     M, i = kinematics.M, F.joint
     if not M[i, i] > 0.0:
         return
-    momentum = 0.0
-    for j in range(chain.n):
-        momentum += M[i, j] * F.v[j]
+    momentum = plus_products(0.0, M[i], F.v, chain.n)
     free.drift = momentum / M[i, i]
     room = limits.q_max[i] - F.q[i] if free.drift > 0.0 else F.q[i] - limits.q_min[i]
     free.drift_time = inf

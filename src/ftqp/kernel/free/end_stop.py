@@ -5,6 +5,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import VELOCITY
+from ftqp.kernel.maths.linear_systems import plus_products
 from ftqp.kernel.rows.joint_intervals import fix
 
 TOUCHES = 1e-3
@@ -121,9 +122,7 @@ def _without_stop(state: Any, kinematics: Any, chain: Any, i: int) -> float:
     """The row's value M_ih x_h at which the stop carries nothing, x_i = 0."""
     if state.level != VELOCITY:
         return -kinematics.h[i]
-    total = -state.dt * kinematics.h[i]
-    for j in range(chain.n):
-        total += kinematics.M[i, j] * state.v[j]
+    total = plus_products(-state.dt * kinematics.h[i], kinematics.M[i], state.v, chain.n)
     return total
 
 
@@ -133,7 +132,4 @@ def stop_torques(state: Any, faults: Any, kinematics: Any, chain: Any, free: Any
     for k in range(faults.working, faults.movable):
         i = faults.order[k]
         if free.contact[i]:
-            total = kinematics.h[i]
-            for j in range(chain.n):
-                total += kinematics.M[i, j] * state.a_command[j]
-            free.tau_stop[i] = total
+            free.tau_stop[i] = plus_products(kinematics.h[i], kinematics.M[i], state.a_command, chain.n)

@@ -16,6 +16,7 @@ from ftqp.kernel.commands.stops import release
 from ftqp.kernel.free.swinging import free_velocity, viscous_friction
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, MEASURED, STOPPED_BY_FREE_JOINT
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.rows.failed_joints import sort_joints
 
 BETTER = 2.0
@@ -88,8 +89,7 @@ def _compare(K: Any) -> bool:
             _add(free.swinging[i], t, feedback.seen[i] - free.swung[i])
             if 2 * free.window <= window_ticks(state.dt):
                 free.halfway[i] = feedback.seen[i]
-    for i in range(n):
-        free.v_before[i] = feedback.v_hat[i]
+    assign(free.v_before, feedback.v_hat, n)
     samples = free.window
     free.window += 1
     if samples < window_ticks(state.dt):

@@ -30,7 +30,14 @@ from ftqp.kernel.layout.enums import (
     STOP_TOUCHED,
     TOO_WEAK,
 )
-from ftqp.kernel.maths.linear_systems import begin_doubling, double, factor, solve_factored
+from ftqp.kernel.maths.linear_systems import (
+    assign,
+    begin_doubling,
+    double,
+    factor,
+    plus_products,
+    solve_factored,
+)
 from ftqp.kernel.maths.vectors import ZERO, column, cross, inner, minus, rotated, times, write
 
 WEIGHT_Q, WEIGHT_Q_FREE = 4.0, 0.5
@@ -81,8 +88,7 @@ def begin_gain(K: Any, F: Any) -> bool:
     n = w + 1
     for j in range(K.chain.n):
         supposed.q[j], supposed.v[j] = F.rest[j], 0.0
-    for k in range(w):
-        F.moving[k] = faults.order[k]
+    assign(F.moving, faults.order, w)
     F.moving[w] = i
     sync_model(K)
     gravity_torque(kinematics, K.chain, i, F.slope)
@@ -99,9 +105,7 @@ def begin_gain(K: Any, F: Any) -> bool:
         H[a, a] = WEIGHT_Q_FREE if a == w else WEIGHT_Q
         H[n + a, n + a] = WEIGHT_V_FREE if a == w else WEIGHT_V
         for b in range(n):
-            s = 0.0
-            for r in range(3):
-                s += J[r, j] * J[r, F.moving[b]]
+            s = plus_products(0.0, J[:, j], J[:, F.moving[b]], 3)
             H[a, b] += WEIGHT_TIP * s if F.rows != NOTHING_KEPT else 0.0
     A[2 * n - 1, 2 * n - 1] = -(viscous_friction(faults, K.chain, i) + DASHPOT) / inertia
     total = 0.0
@@ -284,8 +288,7 @@ def residual(K: Any, F: Any) -> float:
     projection across a of the rotation as its gradient. The largest entry of c comes back.
     """
     faults, supposed, kinematics, n = K.faults, K.supposed, K.kinematics, K.chain.n
-    for j in range(n):
-        supposed.q[j] = F.trial[j]
+    assign(supposed.q, F.trial, n)
     forward_kinematics(K, K.supposed)
     c, C = F.c, F.C
     g = gravity_torque(kinematics, K.chain, F.joint, F.slope)
@@ -296,8 +299,7 @@ def residual(K: Any, F: Any) -> float:
         C[0, j] = F.slope[j] / TORQUE_UNIT if over != 0.0 else 0.0
     for r in range(3):
         c[1 + r] = kinematics.o_tip[r] - F.goal[r]
-        for j in range(n):
-            C[1 + r, j] = kinematics.J[r, j]
+        assign(C[1 + r], kinematics.J[r], n)
     F.unknowns = 4 if F.rows != NOTHING_KEPT else 1
     if F.rows == POSE_KEPT or F.rows == AXIS_KEPT:
         F.unknowns = 7
@@ -334,10 +336,7 @@ def improve(limits: Any, chain: Any, F: Any) -> None:
     for again in range(2):
         for a in range(m):
             for b in range(a + 1):
-                s = DAMPING if a == b else 0.0
-                for j in range(n):
-                    s += F.C[a, j] * F.C[b, j]
-                F.square[a, b] = s
+                F.square[a, b] = plus_products(DAMPING if a == b else 0.0, F.C[a], F.C[b], n)
             F.column[a] = -F.c[a]
         if not factor(F.square, m):
             return
@@ -345,17 +344,14 @@ def improve(limits: Any, chain: Any, F: Any) -> None:
         blocked = False
         largest = 0.0
         for j in range(n):
-            s = 0.0
-            for a in range(m):
-                s += F.C[a, j] * F.column[a]
+            s = plus_products(0.0, F.C[:, j], F.column, m)
             F.step[j] = s
             q = F.trial[j]
             if again == 0 and (
                 (s > 0.0 and q >= limits.q_max[j] - MARGIN) or (s < 0.0 and q <= limits.q_min[j] + MARGIN)
             ):
                 blocked = True
-                for a in range(m):
-                    F.C[a, j] = 0.0
+                F.C[:m, j] = 0.0
             largest = max(largest, abs(s))
         if not blocked:
             break
@@ -391,8 +387,7 @@ def _keep(faults: Any, limits: Any, chain: Any, F: Any) -> None:
             apart = max(apart, abs(F.rests[a, j] - F.trial[j]))
         if apart < APART:
             return
-    for j in range(chain.n):
-        F.rests[F.found, j] = F.trial[j]
+    assign(F.rests[F.found], F.trial, chain.n)
     F.rest_costs[F.found] = time_to_rest(faults, limits, F)
     F.found += 1
 
@@ -407,8 +402,7 @@ def take_nearest(chain: Any, F: Any) -> bool:
     if best < 0:
         return False
     F.rest_costs[best] = inf
-    for j in range(chain.n):
-        F.rest[j] = F.rests[best, j]
+    assign(F.rest, F.rests[best], chain.n)
     return True
 
 

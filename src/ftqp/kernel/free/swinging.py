@@ -6,6 +6,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.linear_systems import assign, plus_products
 from ftqp.kernel.rows.joint_intervals import viability
 
 ROLLOUT_STEP = 0.01
@@ -100,9 +101,7 @@ def swing_on(
     for k in range(faults.working):
         j = faults.order[k]
         if limits.tau_max[j] < inf:
-            tau = kinematics.h[j]
-            for c in range(n):
-                tau += kinematics.M[j, c] * F.a[c]
+            tau = plus_products(kinematics.h[j], kinematics.M[j], F.a, n)
             share = max(share, abs(tau) / limits.tau_max[j])
     for j in range(n):
         if j != i:
@@ -126,8 +125,7 @@ ROUGH = 0.02
 def mark_places(kinematics: Any, n: int, F: Any) -> None:
     """Remember where the origins of the joints and the tip are: ``places``."""
     for r in range(3):
-        for j in range(n):
-            F.places[j, r] = kinematics.o[j, r]
+        assign(F.places[:, r], kinematics.o[:, r], n)
         F.places[n, r] = kinematics.o_tip[r]
 
 

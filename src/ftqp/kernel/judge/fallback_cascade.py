@@ -69,6 +69,7 @@ from ftqp.kernel.layout.enums import (
     Stage,
 )
 from ftqp.kernel.layout.thresholds import AT_REST, RELAXED_FROM, SCALED_FROM, TASK_FLOOR
+from ftqp.kernel.maths.linear_systems import assign, plus_products
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 from ftqp.kernel.rows.holding_rows import leave_to_motors
 from ftqp.kernel.rows.rows_given_up import is_whole, more_rows_hold
@@ -241,8 +242,7 @@ def _finish(K: Any) -> int:
     elif task.mode == LEXICOGRAPHIC and cascade.outcome == RELAXED:
         for i in range(K.chain.n):  # the second stage keeps the residual: only the first knows what causes it
             qp.z_box[i] = cascade.z_box_first[i]
-        for j in range(qp.nc):
-            qp.z[j] = cascade.z_first[j]
+        assign(qp.z, cascade.z_first, qp.nc)
     if watch.latched or cascade.outcome == STOPPED:
         at_rest = cascade.outcome == STOPPED and not _sets_out(K)
         if goes_on(K, at_rest) or (cascade.outcome == STOPPED and not at_rest):
@@ -315,10 +315,7 @@ def _read_calm(K: Any) -> None:
     """What is left of the task in settling, whose rows are in the objective, and the rate of a path."""
     task, qp = K.task, K.qp
     for k in range(task.m):
-        s = -task.asked[k]
-        for i in range(qp.nx):
-            s += qp.A[k, i] * qp.x[i]
-        task.slack[k] = s
+        task.slack[k] = plus_products(-task.asked[k], qp.A[k], qp.x, qp.nx)
     task.scale = qp.x[K.chain.n] if qp.nx > K.chain.n else 1.0
 
 

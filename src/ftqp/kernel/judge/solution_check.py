@@ -17,6 +17,7 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, BRAKING, FREE, HARD, HEALTHY, LOCKED, SCALE
 from ftqp.kernel.layout.thresholds import NEARER, OUTSIDE_FROM
 from ftqp.kernel.maths.elementary import any_of, is_finite, select
+from ftqp.kernel.maths.linear_systems import plus_products
 from ftqp.kernel.maths.side_by_side import WIDTH, is_set, lane_mask, load_lanes, store_lanes
 
 
@@ -69,8 +70,7 @@ def torque_excess(K: Any) -> float:
         elif faults.code[i] == FREE and not K.free.contact[i]:
             v = state.v_command[i]
             tau = kinematics.h[i] + faults.friction[i] * v + chain.viscous[i] * (v - state.v[i])
-            for j in range(chain.n):
-                tau += kinematics.M[i, j] * state.a_command[j]
+            tau = plus_products(tau, kinematics.M[i], state.a_command, chain.n)
             worst = max(worst, abs(tau) - faults.coulomb[i])
     return worst
 
@@ -94,9 +94,7 @@ def check_solution(task: Any, cascade: Any, qp: Any, scratch: Any) -> bool:
         size_x = max(size_x, abs(x))
     worst, size = 0.0, 0.0
     for k in range(m):
-        s = -qp.b[k]
-        for i in range(n):
-            s += qp.A[k, i] * qp.x[i]
+        s = plus_products(-qp.b[k], qp.A[k], qp.x, n)
         size = max(size, abs(qp.b[k]))
         worst = max(worst, abs(s - qp.soft[k] * qp.y[k]))
         task.slack[k] = s + qp.b[k] - task.asked[k]
@@ -105,9 +103,7 @@ def check_solution(task: Any, cascade: Any, qp: Any, scratch: Any) -> bool:
     for j in range(qp.nc):
         if qp.l[j] == -inf and qp.u[j] == inf:
             continue
-        s = 0.0
-        for i in range(n):
-            s += qp.C[j, i] * qp.x[i]
+        s = plus_products(0.0, qp.C[j], qp.x, n)
         over = max(qp.l[j] - s, s - qp.u[j])
         if qp.soft_rows > 0.0 and (qp.l[j] < qp.u[j] or j >= qp.rigid):
             over = 0.0
@@ -122,9 +118,7 @@ def check_solution(task: Any, cascade: Any, qp: Any, scratch: Any) -> bool:
         size += r[i] * r[i]
     if qp.dense:
         for i in range(n):
-            s = 0.0
-            for j in range(n):
-                s += qp.H[i, j] * qp.x[j]
+            s = plus_products(0.0, qp.H[i], qp.x, n)
             r[i] += s
             size += s * s
     else:
@@ -199,9 +193,7 @@ def command(K: Any) -> None:
 def joint_torques(state: Any, faults: Any, kinematics: Any, chain: Any) -> None:
     """tau = M a + h of the command: of the motor for a joint that works, of the brake for a locked one."""
     for i in range(chain.n):
-        tau = kinematics.h[i]
-        for j in range(chain.n):
-            tau += kinematics.M[i, j] * state.a_command[j]
+        tau = plus_products(kinematics.h[i], kinematics.M[i], state.a_command, chain.n)
         _carry(state, faults, i, tau if chain.lead[i] == i else 0.0)
 
 
@@ -271,28 +263,19 @@ def kkt_residuals(
     n, m, p = len(g), len(b), len(l)
     primal, dual, complementary, gap = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        Hx = 0.0
-        for j in range(n):
-            Hx += H[i, j] * x[j]
-        r = Hx + g[i] + z_box[i]
-        for j in range(m):
-            r += A[j, i] * y[j]
-        for j in range(p):
-            r += C[j, i] * z[j]
+        Hx = plus_products(0.0, H[i], x, n)
+        r = plus_products(Hx + g[i] + z_box[i], A[:, i], y, m)
+        r = plus_products(r, C[:, i], z, p)
         dual = max(dual, abs(r) if is_finite(r) else inf)
         primal = max(primal, violation(x[i], lb[i], ub[i]))
         complementary = max(complementary, slackness(x[i], lb[i], ub[i], z_box[i]))
         gap += x[i] * (Hx + g[i]) + support(lb[i], ub[i], z_box[i])
     for j in range(m):
-        r = -b[j]
-        for i in range(n):
-            r += A[j, i] * x[i]
+        r = plus_products(-b[j], A[j], x, n)
         primal = max(primal, abs(r) if is_finite(r) else inf)
         gap += b[j] * y[j]
     for j in range(p):
-        row = 0.0
-        for i in range(n):
-            row += C[j, i] * x[i]
+        row = plus_products(0.0, C[j], x, n)
         primal = max(primal, violation(row, l[j], u[j]))
         complementary = max(complementary, slackness(row, l[j], u[j], z[j]))
         gap += support(l[j], u[j], z[j])

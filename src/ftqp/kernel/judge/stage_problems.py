@@ -20,7 +20,7 @@ from ftqp.kernel.judge.solution_check import is_beyond_range, is_too_fast
 from ftqp.kernel.layout.enums import ACCELERATION, SLACK, SOLVED, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST, FREE_SHARE, LAST, PROOF_SHARE
 from ftqp.kernel.maths.elementary import is_finite
-from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import assign, factor, minus_products, plus_products, solve_factored
 from ftqp.kernel.rows.holding_rows import keep_again, leave_to_motors
 from ftqp.kernel.rows.joint_intervals import AT_LIMIT, bound, draw, lighten, narrow, widen
 from ftqp.kernel.rows.objective import add_manipulability, objective
@@ -152,10 +152,7 @@ def _without_push_on_free(faults: Any, qp: Any, scratch: Any) -> None:
     working, count = faults.working, faults.movable - faults.working
     for a in range(count):
         i = faults.order[working + a]
-        s = 0.0
-        for j in range(qp.nc):
-            s -= qp.C[j, i] * qp.z[j]
-        r[a] = s
+        r[a] = minus_products(0.0, qp.C[:, i], qp.z, qp.nc)
         for b in range(count):
             S[a, b] = qp.C[i, faults.order[working + b]]
     if count > 0 and factor(S, count):
@@ -205,9 +202,7 @@ def make_room(chain: Any, qp: Any, aside: Any) -> None:
     n = chain.n
     for j in range(qp.nc):
         if qp.l[j] < qp.u[j] or j >= qp.rigid:
-            s = 0.0
-            for i in range(n):
-                s += qp.C[j, i] * qp.x[i]
+            s = plus_products(0.0, qp.C[j], qp.x, n)
             room = ROOM * (1.0 + abs(s))
             if s > qp.u[j]:
                 qp.u[j] = s + room
@@ -229,8 +224,7 @@ def keep_free_rows(faults: Any, chain: Any, qp: Any, scratch: Any) -> None:
     for a in range(count):
         i = faults.order[working + a]
         s = qp.l[i] if qp.l[i] > -inf else qp.u[i]  # one side is open where an end stop carries the joint
-        for j in range(n):
-            s -= qp.C[i, j] * qp.x[j]
+        s = minus_products(s, qp.C[i], qp.x, n)
         for b in range(count):
             k = faults.order[working + b]
             s += qp.C[i, k] * qp.x[k]
@@ -305,14 +299,9 @@ def begin_second_stage(K: Any, claim: int) -> None:
             K.terms.bends = 0
     if claim == SOLVED:
         for k in range(task.m):
-            s = 0.0
-            for i in range(chain.n):
-                s += qp.A[k, i] * qp.x[i]
-            qp.b[k] = s
-    for i in range(chain.n):
-        cascade.z_box_first[i] = qp.z_box[i]
-    for j in range(qp.nc):
-        cascade.z_first[j] = qp.z[j]
+            qp.b[k] = plus_products(0.0, qp.A[k], qp.x, chain.n)
+    assign(cascade.z_box_first, qp.z_box, chain.n)
+    assign(cascade.z_first, qp.z, qp.nc)
     for k in range(task.m):
         turned.softness[k] = 0.0  # what the damping leaves of the task is now to be kept
     compliance(task, K.terms, chain, qp, turned, SECOND_STAGE_RATIO)
@@ -335,8 +324,7 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
         wanted = -qp.g[i]
         if state.q[i] < limits.q_min[i] - AT_LIMIT or state.q[i] > limits.q_max[i] + AT_LIMIT:
             widen(qp, i, wanted, wanted)
-    for k in range(task.m):
-        task.slack[k] = 0.0
+    task.slack[: task.m] = 0.0
     task.scale = 0.0
 
 
@@ -378,8 +366,7 @@ def begin_relaxed_after_settling(K: Any) -> None:
     task, qp = K.task, K.qp
     qp.soft_rows = 0.0
     objective(K)
-    for k in range(task.m):
-        qp.b[k] = task.asked[k]
+    assign(qp.b, task.asked, task.m)
     qp.meq, qp.nx = task.m, K.chain.n
     keep_again(K)
     compliance(task, K.terms, K.chain, qp, K.turned, RELAXED_RATIO)

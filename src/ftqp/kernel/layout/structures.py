@@ -16,12 +16,7 @@ _FIELDS = re.compile(r"    (\w[\w ]*?) +([fi][48])(?:\[(\S+)\])?(?: +\S.*)?")
 
 
 def sections(text: str, constants: Mapping[str, Any]) -> dict[str, Callable[..., Fields]]:
-    """For every section of a text what gives its fields, for so many joints and further sizes by name.
-
-    Args:
-        text: The text.
-        constants: What its shapes may name.
-    """
+    """For every section of a text, whose shapes name constants, what gives its fields, by the joints."""
     found: dict[str, list[tuple[str, str, str]]] = {}
     for line in text.splitlines():
         if line and not line.startswith(" "):

@@ -1,4 +1,4 @@
-"""Linear systems of the leading part of a matrix: Cholesky, LU with pivots, and the Riccati equation."""
+"""Sums of products, and linear systems of the leading part of a matrix: Cholesky, LU, Riccati."""
 
 from math import inf, sqrt
 from typing import Any
@@ -7,13 +7,34 @@ from ftqp.kernel.jit import jit
 
 
 @jit
+def assign(x: Any, y: Any, n: int) -> None:
+    """x <- y, the first n numbers."""
+    for i in range(n):
+        x[i] = y[i]
+
+
+@jit
+def plus_products(s: float, x: Any, y: Any, n: int) -> float:
+    """s + x_1 y_1 + ... + x_n y_n, added in this order."""
+    for i in range(n):
+        s += x[i] * y[i]
+    return s
+
+
+@jit
+def minus_products(s: float, x: Any, y: Any, n: int) -> float:
+    """s - x_1 y_1 - ... - x_n y_n, likewise."""
+    for i in range(n):
+        s -= x[i] * y[i]
+    return s
+
+
+@jit
 def factor(S: Any, n: int) -> bool:
     """Cholesky in place, lower, inverse diagonal; False when S is not positive definite."""
     for i in range(n):
         for j in range(i + 1):
-            s = S[i, j]
-            for k in range(j):
-                s -= S[i, k] * S[j, k]
+            s = minus_products(S[i, j], S[i], S[j], j)
             if i == j:
                 if not s > 0.0:
                     return False
@@ -27,10 +48,7 @@ def factor(S: Any, n: int) -> bool:
 def solve_factored(S: Any, n: int, x: Any) -> None:
     """x <- S^-1 x with the factor of ``factor``."""
     for i in range(n):
-        s = x[i]
-        for k in range(i):
-            s -= S[i, k] * x[k]
-        x[i] = s * S[i, i]
+        x[i] = minus_products(x[i], S[i], x, i) * S[i, i]
     for i in range(n - 1, -1, -1):
         s = x[i]
         for k in range(i + 1, n):
@@ -102,10 +120,7 @@ def lu_solve(S: Any, n: int, pivots: Any, x: Any) -> None:
         if row != k:
             x[k], x[row] = x[row], x[k]
     for i in range(n):
-        s = x[i]
-        for j in range(i):
-            s -= S[i, j] * x[j]
-        x[i] = s
+        x[i] = minus_products(x[i], S[i], x, i)
     for i in range(n - 1, -1, -1):
         s = x[i]
         for j in range(i + 1, n):
@@ -117,8 +132,7 @@ def lu_solve(S: Any, n: int, pivots: Any, x: Any) -> None:
 def product(X: Any, Y: Any, Z: Any, n: int) -> None:
     """Z = X Y; Z is neither of the two."""
     for i in range(n):
-        for j in range(n):
-            Z[i, j] = 0.0
+        Z[i, :n] = 0.0
         for k in range(n):
             x = X[i, k]
             if x != 0.0:
@@ -132,8 +146,7 @@ def invert(X: Any, Y: Any, n: int, pivots: Any, column: Any) -> bool:
     if not lu_factor(X, n, pivots):
         return False
     for j in range(n):
-        for i in range(n):
-            column[i] = 0.0
+        column[:n] = 0.0
         column[j] = 1.0
         lu_solve(X, n, pivots, column)
         for i in range(n):
@@ -198,17 +211,13 @@ def double(A: Any, G: Any, H: Any, W: Any, S: Any, T: Any, n: int, pivots: Any, 
     product(A, W, S, n)  # S = A V G
     for i in range(n):
         for j in range(n):
-            s = 0.0
-            for k in range(n):
-                s += S[i, k] * A[j, k]
-            W[i, j] = s
+            W[i, j] = plus_products(0.0, S[i], A[j], n)
     for i in range(n):
         for j in range(n):
             G[i, j] += 0.5 * (W[i, j] + W[j, i])
     product(H, T, S, n)  # S = H V A
     for i in range(n):
-        for j in range(n):
-            W[i, j] = 0.0
+        W[i, :n] = 0.0
     for k in range(n):
         for i in range(n):
             x = A[k, i]
@@ -224,6 +233,5 @@ def double(A: Any, G: Any, H: Any, W: Any, S: Any, T: Any, n: int, pivots: Any, 
             size = max(size, abs(H[i, j]))
     product(A, T, S, n)
     for i in range(n):
-        for j in range(n):
-            A[i, j] = S[i, j]
+        assign(A[i], S[i], n)
     return change / size if size < inf and size > 0.0 else inf

@@ -26,7 +26,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
 )
 from ftqp.kernel.maths.elementary import any_of, larger, select, smaller
-from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import factor, minus_products, plus_products, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, is_set
 from ftqp.kernel.rows.joint_intervals import fix
 
@@ -145,10 +145,7 @@ def _momentum_jump(faults: Any, kinematics: Any, chain: Any, scratch: Any) -> No
     S, jump, delta = scratch.square, scratch.impulse, scratch.joints
     for a in range(movable):
         i = faults.order[a]
-        s = 0.0
-        for j in range(n):
-            s -= M[i, j] * delta[j]
-        jump[a] = s
+        jump[a] = minus_products(0.0, M[i], delta, n)
         for b in range(movable):
             S[a, b] = M[i, faults.order[b]]
     if factor(S, movable):
@@ -161,10 +158,7 @@ def _momentum_jump(faults: Any, kinematics: Any, chain: Any, scratch: Any) -> No
 def _task_jump(faults: Any, task: Any, kinematics: Any, chain: Any, scratch: Any) -> None:
     """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was."""
     for a in range(task.m):
-        s = 0.0
-        for j in range(chain.n):
-            s -= kinematics.J[task.rows[a], j] * scratch.joints[j]
-        scratch.rows[a] = s
+        scratch.rows[a] = minus_products(0.0, kinematics.J[task.rows[a]], scratch.joints, chain.n)
     least_jump(faults, task, kinematics, chain, scratch)
 
 
@@ -291,8 +285,7 @@ def give_back(K: Any) -> None:
     state, faults, task, feedback, chain = K.state, K.faults, K.task, K.feedback, K.chain
     J, lost = K.kinematics.J, task.lost_velocity
     if not feedback.displaced:
-        for c in range(6):
-            feedback.push[c] = 0.0
+        feedback.push[:6] = 0.0
     if not feedback.active or state.level != ACCELERATION or K.watch.latched != 0:
         task.velocity_debt = 0
         return
@@ -301,8 +294,7 @@ def give_back(K: Any) -> None:
         jump = state.v[i] - K.gate.v[i]
         if abs(jump) > UNFORESEEN:
             if not task.velocity_debt:
-                for c in range(6):
-                    lost[c] = 0.0
+                lost[:6] = 0.0
             task.velocity_debt = 1
             for c in range(6):
                 lost[c] += J[c, i] * jump
@@ -310,9 +302,7 @@ def give_back(K: Any) -> None:
         return
     left = 0.0
     for c in range(6):
-        lacks = -task.target[TARGET_TWIST + c]
-        for i in range(chain.n):
-            lacks += J[c, i] * state.v[i]
+        lacks = plus_products(-task.target[TARGET_TWIST + c], J[c], state.v, chain.n)
         lost[c] = min(max(lost[c], min(lacks, 0.0)), max(lacks, 0.0))
         left = max(left, abs(lost[c]))
     if left <= UNFORESEEN:

@@ -16,6 +16,7 @@ from ftqp.kernel.arm.pose_error import rows_of, turn_of
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.scene_room import AXIS, FRAME, MASS, OWN
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, numbers, store_lanes, sum_of
 from ftqp.kernel.maths.vectors import (
     ZERO,
@@ -225,8 +226,7 @@ def term_rows(K: Any, t: int) -> None:
     terms, n = K.terms, K.chain.n
     kind, rows, asked = terms.kind[t], terms.J[t], terms.asked[t]
     if kind == OWN:
-        for k in range(terms.m[t]):
-            asked[k] = terms.b[t, k]
+        assign(asked, terms.b[t], terms.m[t])
         _fold(K.chain, rows)
         return
     for k in range(3 if terms.rows[t] & TURNS == 0 else 6):

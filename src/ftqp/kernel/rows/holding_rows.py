@@ -83,8 +83,7 @@ def fill(K: Any, at: int) -> int:
     n, M = chain.n, K.kinematics.M
     for i in range(n):
         row = qp.C[at + i]
-        for j in range(n + 1):
-            row[j] = 0.0
+        row[: n + 1] = 0.0
         qp.l[at + i], qp.u[at + i] = -inf, inf
         hold, reserve = limits.tau_hold[i], RESERVE * limits.tau_hold[i]
         if not hold < inf or K.feedback.asks[i]:
@@ -101,8 +100,7 @@ def fill(K: Any, at: int) -> int:
             cost += max(0.0, -M[i, j] if row[j] > 0.0 else M[i, j]) * limits.a_brake[j]
         scale = sqrt(square)
         if scale <= LEAST_SLOPE * hold:
-            for j in range(n):
-                row[j] = 0.0
+            row[:n] = 0.0
             continue
         for j in range(n):
             row[j] /= scale

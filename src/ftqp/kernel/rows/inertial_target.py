@@ -36,7 +36,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.kernel.maths.elementary import has_last_row, is_finite
-from ftqp.kernel.maths.linear_systems import factor
+from ftqp.kernel.maths.linear_systems import assign, factor
 from ftqp.kernel.maths.vectors import add_to, column, cross, inner, rotated_back, three, three_from, write
 from ftqp.kernel.rows.joint_intervals import narrow
 
@@ -91,8 +91,7 @@ def _measure(base: Any, arm: Any) -> bool:
         return True
     if has & HAS_BASE:
         for r in range(3):
-            for c in range(4):
-                T[r, c] = base.given[r, c]
+            assign(T[r], base.given[r], 4)
         return True
     return False
 
@@ -144,8 +143,7 @@ def _predict(state: Any, kinematics: Any, base: Any) -> None:
             base.twist[k] = s[k] = base.shift[k] / state.dt
     if base.delay == 0:
         for k in range(3):
-            for c in range(4):
-                S[k, c] = T[k, c]
+            assign(S[k], T[k], 4)
         return
     X = base.turn
     exponential(s[3] * lead, s[4] * lead, s[5] * lead, X)
@@ -209,14 +207,12 @@ def follow_base(K: Any, base: Any) -> bool:
     state, kinematics = K.state, K.kinematics
     at = base.ticks % DELAYS
     now = base.arm_history[at]
-    for k in range(9):
-        now[k] = kinematics.R_tip[k]
+    assign(now, kinematics.R_tip, 9)
     for r in range(3):
         now[9 + r] = kinematics.o_tip[r]
     if base.ticks == 0:
         for row in range(1, DELAYS):
-            for k in range(12):
-                base.arm_history[row, k] = now[k]
+            assign(base.arm_history[row], now, 12)
     arm = base.arm_history[(base.ticks - base.delay) % DELAYS]
     base.ticks += 1
     if base.has & HAS_TWIST:
@@ -229,14 +225,12 @@ def follow_base(K: Any, base: Any) -> bool:
         base.seen += 1
         base.age = 0.0
         for r in range(3):
-            for c in range(4):
-                base.last[r, c] = base.now[r, c]
+            assign(base.last[r], base.now[r], 4)
     else:
         base.age += state.dt
         if base.ever == 0 or base.age > base.patience:
             base.seen = base.rates = 0
-            for k in range(6):
-                base.shift[k] = 0.0
+            base.shift[:6] = 0.0
             base.stale = 1
             return False
         base.seen = 0
@@ -245,8 +239,7 @@ def follow_base(K: Any, base: Any) -> bool:
     base.rates = base.rates + 1 if base.has & HAS_TWIST else 0
     _predict(state, kinematics, base)
     if base.has & HAS_TWIST:
-        for k in range(6):
-            base.rate_last[k] = base.rate[k]
+        assign(base.rate_last, base.rate, 6)
     _target_from_base(K.task, kinematics, base)
     return True
 

@@ -37,7 +37,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
 )
 from ftqp.kernel.maths.elementary import select
-from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import assign, factor, plus_products, solve_factored
 from ftqp.kernel.maths.side_by_side import sin_cos
 from ftqp.kernel.maths.vectors import ZERO, Vector, column, cross, inner, plus, times
 from ftqp.kernel.rows.joint_intervals import draw
@@ -134,8 +134,7 @@ def _couple(K: Any) -> None:
                 for j in range(i + 1):
                     qp.H[i, j] += c * qp.C[k, j]
     for i in range(n):
-        for j in range(i):
-            qp.H[j, i] = qp.H[i, j]
+        assign(qp.H[:, i], qp.H[i], i)
 
 
 @rare_jit
@@ -144,12 +143,7 @@ def _hush(K: Any) -> None:
     state, task, qp, n = K.state, K.task, K.qp, K.chain.n
     kv = task.kv if state.level == ACCELERATION else 0.0
     for i in range(n):
-        if qp.dense:
-            momentum = 0.0
-            for j in range(n):
-                momentum += qp.H[i, j] * state.v[j]
-        else:
-            momentum = qp.H_diagonal[i] * state.v[i]
+        momentum = plus_products(0.0, qp.H[i], state.v, n) if qp.dense else qp.H_diagonal[i] * state.v[i]
         qp.g[i] = kv * momentum
 
 
@@ -228,8 +222,7 @@ def manipulability_gradient(K: Any) -> None:
                 s += qp.A[a, j] * qp.A[b, j]
             S[a, b] = s
         S[a, a] += (FLOOR * task.length) ** 2
-    for i in range(n):
-        gradient[i] = 0.0
+    gradient[:n] = 0.0
     if not factor(S, m):
         return
     for a in range(faults.working):
@@ -282,8 +275,7 @@ def aim_at_reference(K: Any, joints: Any) -> None:
         for c in range(3):
             target[TARGET_POSE + 4 * r + c] = kinematics.R_tip[3 * r + c]
         target[TARGET_POSE + 4 * r + 3] = kinematics.o_tip[r]
-    for k in range(TARGET_TWIST, TARGET_ACCELERATION + 6):
-        target[k] = 0.0
+    target[TARGET_TWIST : TARGET_ACCELERATION + 6] = 0.0
     target[TARGET_HAS_ROTATION] = 1.0
     forward_kinematics(K, state)
 

@@ -13,6 +13,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.flat_arrays import BEGIN, ORIENTATION, POSITION, SPIN, STOP, TURN
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM, TIME_SLACK
+from ftqp.kernel.maths.linear_systems import plus_products
 from ftqp.kernel.rows.joint_intervals import bound, braking_velocity, draw
 from ftqp.kernel.rows.task_rows import SCALE_WEIGHT, component_of
 
@@ -79,8 +80,7 @@ def path_rows(K: Any, path: Any) -> None:
         drift = w * component_of(task, kinematics, c, 0, kinematics.drift)
         moving = 0.0
         if state.level == ACCELERATION:
-            for i in range(n):
-                moving += qp.A[k, i] * state.v[i]
+            moving = plus_products(moving, qp.A[k], state.v, n)
             s = path.rate
             qp.A[k, n] = -rate / state.dt
             qp.b[k] = (
@@ -135,9 +135,7 @@ def _limit_in_bend(K: Any, path: Any) -> float:
     m = task.m
     floor = (task.length * SINGULAR_FROM) ** 2
     for k in range(m):
-        s = 0.0
-        for j in range(m):
-            s += turned.U[j, k] * path.bend[j]
+        s = plus_products(0.0, turned.U[:, k], path.bend, m)
         scratch.rows[k] = s / (turned.sigma[k] * turned.sigma[k] + floor)
     limit, brake = 1.0, inf
     own = max(path.rate, LEAST_SETTLING if K.settling.on else LEAST_RATE)
@@ -146,9 +144,7 @@ def _limit_in_bend(K: Any, path: Any) -> float:
         least = min(least, turned.sigma[k])
     for column in range(faults.working):
         i = faults.order[column]
-        c = 0.0
-        for k in range(m):
-            c += scratch.wide[k, column] * scratch.rows[k]
+        c = plus_products(0.0, scratch.wide[:, column], scratch.rows, m)
         if limit * limit * abs(c) > BEND_SHARE * limits.a_max[i]:
             limit = sqrt(BEND_SHARE * limits.a_max[i] / abs(c))
         if abs(v[i]) > 1e-9 * limits.a_max[i] * K.state.dt:
@@ -197,8 +193,7 @@ def rate_variable(K: Any, path: Any) -> None:
     for i in range(n):
         reach = min(limits.a_max[i], 1e3) if state.level == ACCELERATION else min(limits.v_max[i], 1e3)
         size += (qp.H[i, i] if qp.dense else qp.H_diagonal[i]) * reach * reach
-    for k in range(K.task.m):
-        speed += qp.A[k, n] * qp.A[k, n]
+    speed = plus_products(speed, qp.A[:, n], qp.A[:, n], K.task.m)
     weight = SCALE_WEIGHT * size
     if state.level == ACCELERATION:
         weight *= (RISE / state.dt) ** 2  # s is drawn by the share dt/RISE of 1 - sigma' only

@@ -9,6 +9,7 @@ import numpy as np
 
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.enums import VELOCITY
+from ftqp.kernel.maths.linear_systems import assign
 
 FLOAT = np.dtype(np.float64)
 
@@ -119,8 +120,7 @@ def follow(state: Any, criteria: Any, kinematics: Any, chain: Any, P: Any, q: An
     """The posture of the next tick, from the tip of the last one."""
     dt = state.dt
     if P.begun:
-        for c in range(3):
-            P.tip[c] = kinematics.o_tip[c]
+        assign(P.tip, kinematics.o_tip, 3)
         for c in range(9):
             P.tip[3 + c] = kinematics.R_tip[c]
         found = place(P, tips, dt)

@@ -7,6 +7,7 @@ from ftqp.kernel.arm.kinematics import fold_row, moves, point_column, point_drif
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION, FREE, HEALTHY, VELOCITY
 from ftqp.kernel.layout.rows import CLEARANCES
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.maths.vectors import ZERO, cross, inner, length, plus, three, times
 from ftqp.kernel.rows.further_tasks import term_rows
 from ftqp.kernel.rows.joint_intervals import braking, return_velocity, viability
@@ -15,8 +16,7 @@ from ftqp.kernel.rows.joint_intervals import braking, return_velocity, viability
 @jit
 def _write(qp: Any, at: int, n: int, row: Any, low: float, high: float) -> None:
     """low <= row x <= high, from row ``at`` of C on."""
-    for j in range(n):
-        qp.C[at, j] = row[j]
+    assign(qp.C[at], row, n)
     qp.C[at, n] = 0.0
     qp.l[at], qp.u[at] = low, high
 
@@ -199,8 +199,7 @@ def fill_keeps(K: Any, at: int) -> int:
     n, qp, keeps = K.chain.n, K.qp, K.keeps
     for t in range(keeps.count):
         row = qp.C[at + t]
-        for j in range(n + 1):
-            row[j] = 0.0
+        row[: n + 1] = 0.0
         if keeps.turns[t]:
             qp.l[at + t], qp.u[at + t] = _cone(K, t, row)
         else:
@@ -232,7 +231,6 @@ def fill_clearances(K: Any, at: int) -> int:
         if scene.slot[k] >= 0:
             _write(qp, at + k, K.chain.n, scene.G[k], scene.least[k], inf)
         else:
-            for j in range(K.chain.n + 1):
-                qp.C[at + k, j] = 0.0
+            qp.C[at + k, : K.chain.n + 1] = 0.0
             qp.l[at + k], qp.u[at + k] = -inf, inf
     return at + CLEARANCES

@@ -12,6 +12,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 from ftqp.kernel.maths.elementary import select
+from ftqp.kernel.maths.linear_systems import assign, plus_products
 from ftqp.kernel.maths.side_by_side import WIDTH, lane_mask, load_lanes, store_lanes, sum_of
 from ftqp.kernel.maths.svd import singular_directions
 from ftqp.kernel.maths.vectors import Vector, inner, rotated, three_from
@@ -104,8 +105,7 @@ def softness(task: Any, terms: Any, chain: Any, qp: Any, ratio: float) -> float:
     trace, norm = -terms.added, 0.0
     for i in range(chain.n):
         trace += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
-        for k in range(task.m):
-            norm += qp.A[k, i] * qp.A[k, i]
+        norm = plus_products(norm, qp.A[:, i], qp.A[:, i], task.m)
     return ratio * norm / (task.m * trace) + 1e-300
 
 
@@ -161,8 +161,7 @@ def _reduced_svd(faults: Any, task: Any, qp: Any, scratch: Any, turned: Any) -> 
     """U and sigma of the task rows' columns of the working joints; diag(sigma) V' stays in scratch."""
     W = scratch.wide
     for column in range(faults.working):
-        for k in range(task.m):
-            W[k, column] = qp.A[k, faults.order[column]]
+        assign(W[:, column], qp.A[:, faults.order[column]], task.m)
     singular_directions(W, task.m, faults.working, turned.U, turned.sigma)
 
 
@@ -183,9 +182,7 @@ def fade_feedback(K: Any, path: Any) -> None:
     for k in range(m):
         share = turned.sigma[k] / (task.length * (SETTLING_FROM if blocked else SINGULAR_FROM))
         if share < 1.0:
-            along = 0.0
-            for j in range(m):
-                along += U[j, k] * path.feedback[j]
+            along = plus_products(0.0, U[:, k], path.feedback, m)
             along *= 1.0 - share * share
             lost += along * along
             if blocked:
@@ -217,17 +214,10 @@ def turn_rows(K: Any) -> None:
     _reduced_svd(K.faults, task, qp, scratch, turned)
     for i in range(n):
         for k in range(m):
-            s = 0.0
-            for j in range(m):
-                s += U[j, k] * qp.A[j, i]
-            scratch.rows[k] = s
-        for k in range(m):
-            qp.A[k, i] = scratch.rows[k]
+            scratch.rows[k] = plus_products(0.0, U[:, k], qp.A[:, i], m)
+        assign(qp.A[:, i], scratch.rows, m)
     for k in range(m):
-        s = 0.0
-        for j in range(m):
-            s += U[j, k] * qp.b[j]
-        scratch.rows[k] = s
+        scratch.rows[k] = plus_products(0.0, U[:, k], qp.b, m)
     for k in range(m):
         qp.b[k] = scratch.rows[k]
         share = turned.sigma[k] / (task.length * turned.threshold)
@@ -241,9 +231,5 @@ def turn_back(task: Any, scratch: Any, turned: Any) -> None:
     """The slack along the rows of the task, from that along the singular directions."""
     m = task.m
     for k in range(m):
-        s = 0.0
-        for j in range(m):
-            s += turned.U[k, j] * task.slack[j]
-        scratch.rows[k] = s
-    for k in range(m):
-        task.slack[k] = scratch.rows[k]
+        scratch.rows[k] = plus_products(0.0, turned.U[k], task.slack, m)
+    assign(task.slack, scratch.rows, m)

@@ -14,7 +14,7 @@ from ftqp.kernel.layout.enums import ACCELERATION, SCALE
 from ftqp.kernel.layout.scene_room import AXIS, BEFORE_SCHEME, BESIDE_TIP, JOINT_PLACES
 from ftqp.kernel.layout.thresholds import MISSED_FROM, RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.maths.elementary import select
-from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import assign, factor, plus_products, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, lane_mask, load_lanes, numbers, sin_cos, store_lanes, sum_of
 from ftqp.kernel.rows.further_tasks import error_of, term_rows
 from ftqp.kernel.rows.task_rows import component_of
@@ -105,8 +105,7 @@ def add_terms(K: Any) -> None:
         if not of_joints:
             term_rows(K, t)
         if terms.shares[t] == BESIDE_TIP:
-            for k in range(6):
-                terms.b[t, k] = terms.asked[t, k]
+            assign(terms.b[t], terms.asked[t], 6)
         elif terms.shares[t] == BEFORE_SCHEME:
             before += terms.weight[t]
         elif of_joints:
@@ -163,20 +162,14 @@ def _carried_along(state: Any, task: Any, kinematics: Any, chain: Any, qp: Any, 
             s += kv * qp.A[k, i] * state.v[i]
         y[k] = s
         for j in range(k + 1):
-            s = 0.0
-            for i in range(n):
-                s += qp.A[k, i] * qp.A[j, i]
-            S[k, j] = s
+            S[k, j] = plus_products(0.0, qp.A[k], qp.A[j], n)
         largest = max(largest, S[k, k])
     for k in range(m):
         S[k, k] += REGULAR * largest + 1e-300
     if factor(S, m):
         solve_factored(S, m, y)
     for i in range(n):
-        s = -kv * state.v[i]
-        for k in range(m):
-            s += qp.A[k, i] * y[k]
-        x[i] = s
+        x[i] = plus_products(-kv * state.v[i], qp.A[:, i], y, m)
 
 
 @jit
@@ -250,10 +243,7 @@ def keep_shared(terms: Any, chain: Any, qp: Any) -> None:
     for t in range(terms.count):
         for k in range(6):
             if terms.shares[t] == BESIDE_TIP and _has(terms, t, k):
-                s = 0.0
-                for i in range(chain.n):
-                    s += terms.J[t, k, i] * qp.x[i]
-                terms.b[t, k] = s
+                terms.b[t, k] = plus_products(0.0, terms.J[t, k], qp.x, chain.n)
 
 
 @part_jit

@@ -23,6 +23,7 @@ from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ACCELERATION, STOPPED_BY_CLEARANCE, STOPPED_BY_SCENE
 from ftqp.kernel.layout.rows import CLEARANCES
 from ftqp.kernel.layout.scene_room import HALF_SPACE, HULL, NEAREST, SEGMENT
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.maths.nearest_points import of_segment_and_body, of_segment_and_hull, of_segments, to_body
 from ftqp.kernel.maths.side_by_side import joint_sines
 from ftqp.kernel.maths.vectors import (
@@ -326,8 +327,7 @@ def _add_columns(K: Any, body: int, p: Any, n: Any, sign: float, row: Any) -> No
 def add_gradient(K: Any, p: int, n: Any, near: Any, far: Any, row: Any) -> None:
     """The gradient of the distance of pair p by the joints, as ``distance_of_pair`` has left the points."""
     scene = K.scene
-    for j in range(K.chain.n):
-        row[j] = 0.0
+    row[: K.chain.n] = 0.0
     _add_columns(K, scene.body[scene.first[p]], near, n, 1.0, row)
     other = scene.second[p]
     if other >= 0:
@@ -397,8 +397,7 @@ def _pose(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> None:
     scene.slot[k], scene.spare[k], scene.met[k] = p, spare, 1
     least = min(towards - may, moving + full * dt)
     scene.least[k] = (least - moving) / dt if state.level == ACCELERATION else least
-    for j in range(chain.n):
-        scene.G[k, j] = row[j]
+    assign(scene.G[k], row, chain.n)
 
 
 @jit
@@ -420,8 +419,7 @@ def _look_at(K: Any, p: int) -> None:
 def measure(K: Any, q: Any, out: Any) -> None:
     """The distances of all pairs at a posture."""
     scene = K.scene
-    for j in range(K.chain.n):
-        K.ahead.q[j] = q[j]
+    assign(K.ahead.q, q, K.chain.n)
     place_capsules(K)
     if scene.cloud > 0:
         choose_balls(K)
@@ -443,8 +441,7 @@ def look_around(K: Any) -> None:
     if scene.cloud > 0 and is_stale(K):
         _place_all(K)
         choose_balls(K)
-    for k in range(CLEARANCES):
-        scene.met[k] = 0
+    scene.met[:CLEARANCES] = 0
     last = scene.nearest
     scene.distance, scene.nearest, scene.closing, scene.crowded = inf, last, 0, 0
     if last >= 0:

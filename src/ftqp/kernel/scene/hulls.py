@@ -11,6 +11,7 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import point_of
 from ftqp.kernel.jit import exact_jit, jit
 from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HULL, SEGMENT
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.maths.vectors import (
     Vector,
     minus,
@@ -169,8 +170,7 @@ def _keep_share(Y: Any, k: int, i: int, share: float) -> int:
     """Put a corner that has a share to the front; how many there are."""
     if share <= 0.0:
         return k
-    for c in range(9):
-        Y[k, c] = Y[i, c]
+    assign(Y[k], Y[i], 9)
     Y[k, 9] = share
     return k + 1
 

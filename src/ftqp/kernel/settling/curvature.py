@@ -5,6 +5,7 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import columns, fold_square
 from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.linear_systems import assign, plus_products
 from ftqp.kernel.maths.vectors import column, cross, inner, length, three, three_from
 from ftqp.kernel.rows.task_rows import component_of, tool_axis
 
@@ -39,8 +40,7 @@ def weigh_rows(task: Any, kinematics: Any, chain: Any, qp: Any, settling: Any) -
 def weighted_error(task: Any, settling: Any) -> None:
     """The error vector along W with only the rows of the task, weighted twice: what S is linear in."""
     v = settling.weighted
-    for c in range(6):
-        v[c] = 0.0
+    v[:6] = 0.0
     for k in range(task.m):
         c = task.rows[k]
         if c < 3 or not task.tool_rows:
@@ -60,13 +60,9 @@ def spread(chain: Any, settling: Any) -> float:
         row = S[i]
         for j in range(i):
             other = S[j]
-            s = 0.0
-            for k in range(n):
-                s += row[k] * other[k]
+            s = plus_products(0.0, row, other, n)
             total += 2.0 * s * s
-        s = 0.0
-        for k in range(n):
-            s += row[k] * row[k]
+        s = plus_products(0.0, row, row, n)
         total += s * s
     return sqrt(sqrt(total))
 
@@ -129,8 +125,7 @@ def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, settling: Any
     S, J, v = settling.S, columns(kinematics, chain), settling.weighted
     weighted_error(task, settling)
     for i in range(chain.n):
-        for j in range(i + 1):
-            S[i, j] = 0.0
+        S[i, : i + 1] = 0.0
     for a in range(faults.working):
         j = faults.order[a]
         # (z_i x p_j) . e = z_i . (p_j x e)
@@ -148,8 +143,7 @@ def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, settling: Any
             _add_bend_of_rotation(faults, task, J, S)
     if chain.mimics:
         for i in range(chain.n):
-            for j in range(i):
-                S[j, i] = S[i, j]
+            assign(S[:, i], S[i], i)
         fold_square(chain, S, 0.0)
     square = 0.0
     for i in range(chain.n):

@@ -5,6 +5,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TARGET_TWIST
+from ftqp.kernel.maths.linear_systems import assign, plus_products
 from ftqp.kernel.maths.symmetric_eigen import eigensystem
 from ftqp.kernel.maths.vectors import add_to, times
 from ftqp.kernel.rows.task_rows import tool_axis
@@ -40,9 +41,7 @@ def free_joints(K: Any) -> int:
     count, last = 0, faults.working
     for k in range(faults.working):
         i = faults.order[k]
-        s = 0.0
-        for r in range(task.m):
-            s += settling.A[r, i] * settling.e[r]
+        s = plus_products(0.0, settling.A[:, i], settling.e, task.m)
         settling.gradient[i] = s
         near = NEAR * unit_of(task, K.chain, i)
         q = state.q[i]
@@ -78,9 +77,7 @@ def _add_modulus(faults: Any, settling: Any) -> None:
 def _gain_of(task: Any, settling: Any, i: int, j: int) -> float:
     """(A'A)_ij."""
     A = settling.A
-    s = 0.0
-    for k in range(task.m):
-        s += A[k, i] * A[k, j]
+    s = plus_products(0.0, A[:, i], A[:, j], task.m)
     return s
 
 
@@ -99,9 +96,7 @@ def _lost(task: Any, settling: Any, s: float) -> float:
     for k in range(m):
         phi = 1.0 - max(settling.squares[k], 0.0) / s
         if phi > 0.0:
-            x = 0.0
-            for r in range(m):
-                x += settling.U[k, r] * settling.e[r]
+            x = plus_products(0.0, settling.U[k], settling.e, m)
             lost += phi * x * x
     return lost
 
@@ -254,9 +249,7 @@ def _fade(faults: Any, task: Any, settling: Any, count: int, s: float) -> None:
             v[faults.order[a]] = 0.0
         for a in range(count):
             i = settling.free[a]
-            x = 0.0
-            for r in range(m):
-                x += U[k, r] * settling.A[r, i]
+            x = plus_products(0.0, U[k], settling.A[:, i], m)
             v[i] = x * inverse
         _project(faults, settling, t)
     psi = max(0.0, 1.0 - max(least, 0.0) / s)
@@ -335,8 +328,7 @@ def _find_metric(K: Any, s: float, square: float, count: int) -> int:
             return -1
     for i in range(K.chain.n):
         K.settling.kick[i] = 0.0
-        for j in range(K.chain.n):
-            K.settling.D[i, j] = 0.0
+        K.settling.D[i, : K.chain.n] = 0.0
     K.settling.psi = 1.0
     if count == 0:
         _add_modulus(K.faults, K.settling)
@@ -392,8 +384,7 @@ def _seek_null_space(task: Any, settling: Any, count: int) -> int:
 @jit
 def _take_for_error(task: Any, kinematics: Any, settling: Any, scale: float) -> None:
     """The error along W whose weighted rows are ``scale`` times ``settling.e``."""
-    for c in range(6):
-        task.error[c] = 0.0
+    task.error[:6] = 0.0
     for k in range(task.m):
         c = task.rows[k]
         x = scale * settling.e[k] * sqrt(task.yielding[c]) / task.row_scale[c]
@@ -419,22 +410,15 @@ def _lowest(
                 x += S[settling.free[a], settling.free[b]] * N[k, b]
             settling.beside[a] = x
         for j in range(k + 1):
-            x = 0.0
-            for a in range(count):
-                x += N[j, a] * settling.beside[a]
-            W[k, j] = W[j, k] = x
+            W[k, j] = W[j, k] = plus_products(0.0, N[j], settling.beside, count)
     eigensystem(W, null, settling.values, settling.beside, Z)
     at, least = 0, inf
     for k in range(null):
         if settling.values[k] < least:
             at, least = k, settling.values[k]
-    for i in range(chain.n):
-        settling.direction[i] = 0.0
+    settling.direction[: chain.n] = 0.0
     for a in range(count):
-        x = 0.0
-        for k in range(null):
-            x += Z[at, k] * N[k, a]
-        settling.direction[settling.free[a]] = x
+        settling.direction[settling.free[a]] = plus_products(0.0, Z[at], N[:, a], null)
     return least / s
 
 
@@ -463,9 +447,7 @@ def _see_saddle(K: Any, path: Any) -> bool:
         return False
     count = free_joints(K)
     null = _seek_null_space(task, settling, count)
-    lost = 0.0
-    for k in range(task.m):
-        lost += settling.e[k] * settling.e[k]
+    lost = plus_products(0.0, settling.e, settling.e, task.m)
     lost = sqrt(lost)
     if null == 0 or not lost > NOTICEABLE * size:
         return False
@@ -494,5 +476,4 @@ def outlook(K: Any, path: Any) -> None:
         _draw(K.state, task, K.chain, K.settling, path)
     else:
         path.found = 0
-    for c in range(6):
-        task.error[c] = path.kept[c]
+    assign(task.error, path.kept, 6)

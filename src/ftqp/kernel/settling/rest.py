@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import FUTILE, PUSHED, SURE, TARGET_MOVES, TARGET_STANDS, WORTH_IT, settle
 from ftqp.kernel.layout.enums import ACCELERATION, TARGET_TWIST
-from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import assign, factor, plus_products, solve_factored
 
 SETTLED = 1.0
 """How long the target has stood before a swing counts [s]: until then the arm arrives."""
@@ -80,8 +80,7 @@ def _look_back(K: Any) -> None:
 
 @jit
 def _begin_at(state: Any, chain: Any, q: Any) -> None:
-    for i in range(chain.n):
-        q[i] = state.q[i]
+    assign(q, state.q, chain.n)
 
 
 @jit
@@ -147,8 +146,7 @@ def target_stands(task: Any, settling: Any) -> bool:
             speed += L2 * T[TARGET_TWIST + 3 + r] * T[TARGET_TWIST + 3 + r]
     if way <= STANDS_WITHIN * STANDS_WITHIN and speed <= STANDS_BELOW * STANDS_BELOW:
         return True
-    for r in range(12):
-        anchor[r] = T[r]
+    assign(anchor, T, 12)
     return False
 
 
@@ -239,18 +237,13 @@ def way_to_go(task: Any, settling: Any, count: int, soft: float) -> float:
     Delta = (A'A + D + soft 1)^-1 (A'e + kick),  rho = (A'e + kick)'Delta/(e'e)
     """
     W, delta = settling.work, settling.delta
-    square = 0.0
-    for k in range(task.m):
-        square += settling.e[k] * settling.e[k]
+    square = plus_products(0.0, settling.e, settling.e, task.m)
     for a in range(count):
         i = settling.free[a]
         delta[a] = settling.gradient[i] + settling.kick[i]
         for b in range(a + 1):
             j = settling.free[b]
-            s = settling.D[i, j]
-            for k in range(task.m):
-                s += settling.A[k, i] * settling.A[k, j]
-            W[a, b] = s
+            W[a, b] = plus_products(settling.D[i, j], settling.A[:, i], settling.A[:, j], task.m)
         W[a, a] += soft
     if not factor(W, count):
         return 1.0

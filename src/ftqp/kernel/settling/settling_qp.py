@@ -7,7 +7,7 @@ from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.latches.settling import NO_METRIC, REGULAR, settle
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE, TARGET_HAS_ROTATION, TARGET_TWIST
 from ftqp.kernel.layout.thresholds import LAST
-from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.linear_systems import assign, factor, minus_products, plus_products, solve_factored
 from ftqp.kernel.rows.path_rows import LEAST_SETTLING
 from ftqp.kernel.rows.task_rows import softness
 from ftqp.kernel.rows.task_terms import share
@@ -126,21 +126,16 @@ def pose_settling(K: Any, kp: float) -> None:
         settling.b[k] = w * task.asked[k] - (1.0 - settling.beta) * kp * settling.e[k]
     if qp.dense == 0:
         for i in range(n):
-            for j in range(n):
-                qp.H[i, j] = 0.0
+            qp.H[i, :n] = 0.0
             qp.H[i, i] = qp.H_diagonal[i]
     for i in range(n):
-        g = settling.soft * qp.g[i]
-        for k in range(m):
-            g -= settling.A[k, i] * settling.b[k]
+        g = minus_products(settling.soft * qp.g[i], settling.A[:, i], settling.b, m)
         for j in range(n):
             g += kv * settling.D[i, j] * state.v[j]
         qp.g[i] = g - settling.beta * kp * settling.kick[i]
         for j in range(i + 1):
             s = settling.soft * qp.H[i, j] + settling.D[i, j]
-            for k in range(m):
-                s += settling.A[k, i] * settling.A[k, j]
-            qp.H[i, j] = qp.H[j, i] = s
+            qp.H[i, j] = qp.H[j, i] = plus_products(s, settling.A[:, i], settling.A[:, j], m)
     _lean(state, K.faults, K.limits, qp, settling, kp, kv)
     qp.dense = 1
     qp.meq = 0
@@ -169,8 +164,7 @@ def stand_still(task: Any, settling: Any, path: Any) -> bool:
     """The target of a blocked path stands where it is, without twist and acceleration; whether it does."""
     if path.limit > 0.0 or not settling.on:
         return False
-    for k in range(TARGET_TWIST, TARGET_HAS_ROTATION):
-        task.target[k] = 0.0
+    task.target[TARGET_TWIST:TARGET_HAS_ROTATION] = 0.0
     return True
 
 
@@ -216,8 +210,7 @@ def begin_settling_on_path(K: Any, path: Any, kp: float) -> None:
     n = K.chain.n
     weight = settling.soft * qp.H[n, n]
     s, g = weight, settling.soft * qp.g[n]
-    for k in range(task.m):
-        task.asked[k] = qp.b[k]
+    assign(task.asked, qp.b, task.m)
     if state.level != ACCELERATION:
         set_in_at_zero(K.faults, task, K.chain, settling)
     pose_settling(K, kp)
@@ -226,10 +219,7 @@ def begin_settling_on_path(K: Any, path: Any, kp: float) -> None:
         s += settling.rate[k] * settling.rate[k]
         g -= settling.rate[k] * settling.b[k]
     for i in range(n):
-        along = 0.0
-        for k in range(task.m):
-            along += settling.A[k, i] * settling.rate[k]
-        qp.H[i, n] = qp.H[n, i] = along
+        qp.H[i, n] = qp.H[n, i] = plus_products(0.0, settling.A[:, i], settling.rate, task.m)
     for a in range(settling.count, K.faults.working):  # pressed against their range, as in ``pose_settling``
         i = settling.free[a]
         g += settling.psi * qp.H[n, i] * settling.delta[a]
@@ -260,9 +250,7 @@ def _approach(state: Any, task: Any, chain: Any, qp: Any, settling: Any, path: A
     n, near = chain.n, 1.0 / (1.0 + APPROACHES * kp * state.dt)
     own = max(path.rate, LEAST_SETTLING)
     for i in range(n + 1):
-        x = qp.H[i, n] * path.rate
-        for j in range(n):
-            x += qp.H[i, j] * state.v[j]
+        x = plus_products(qp.H[i, n] * path.rate, qp.H[i], state.v, n)
         for k in range(task.m):
             row = settling.rate[k] if i == n else settling.A[k, i]
             x += row * own * own * path.bend[k] * state.dt / sqrt(task.yielding[task.rows[k]])

@@ -24,7 +24,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.other_records import FAILED_JOINTS, GOAL_SIZE
 from ftqp.kernel.layout.rows import CLEARANCES
 from ftqp.kernel.layout.thresholds import LAST
-from ftqp.kernel.maths.linear_systems import determinant_sign, lu_factor, lu_solve
+from ftqp.kernel.maths.linear_systems import assign, determinant_sign, lu_factor, lu_solve
 from ftqp.kernel.scene.clearance import add_gradient, distance_of_pair, place_capsules
 from ftqp.kernel.study.solutions import put_joints, side_of
 from ftqp.kernel.study.task_values import any_null_direction, decompose, least_step, task_values
@@ -114,8 +114,7 @@ def forget_clearance(S: Any, C: Any) -> None:
     """Begin a motion, for which no pair has been measured."""
     scene = S.scene
     C.clearance, scene.way = inf, 0.0
-    for p in range(scene.pairs):
-        scene.gap[p] = -inf
+    scene.gap[: scene.pairs] = -inf
 
 
 @jit
@@ -204,8 +203,7 @@ def pose_clearance(S: Any, C: Any) -> None:
             continue
         scene.spare[k] = x
         Q.l[k], Q.u[k] = -C.caution * x, inf
-        for j in range(n):
-            Q.C[k, j] = scene.row[j]
+        assign(Q.C[k], scene.row, n)
 
 
 @jit
@@ -234,8 +232,7 @@ DEPENDENT = 1e-9
 @jit
 def aim(S: Any, goal: Any) -> None:
     """The goal of the study."""
-    for k in range(GOAL_SIZE):
-        S.study.goal[k] = goal[k]
+    assign(S.study.goal, goal, GOAL_SIZE)
 
 
 @jit
@@ -279,8 +276,7 @@ def _newton(S: Any, C: Any, side: float) -> int:
             return SURVIVED
         if factor_left(S, C) != side:
             return LOST_BY_SINGULARITY
-        for row in range(m):
-            C.rhs[row] = study.e[row]
+        assign(C.rhs, study.e, m)
         lu_solve(C.B, m, C.pivots, C.rhs)
         for c in range(m):
             S.state.q[C.free[c]] += min(max(C.rhs[c], -LONGEST), LONGEST)
@@ -358,8 +354,7 @@ def pose_problem(S: Any, C: Any, time: float) -> None:
     Q.nx, Q.meq, Q.nc, Q.dense, Q.warm = n, study.m, 0, 0, 0
     Q.tolerance, Q.max_iterations = 1e-12, ITERATIONS
     for row in range(study.m):
-        for i in range(n):
-            Q.A[row, i] = study.A[row, i]
+        assign(Q.A[row], study.A[row], n)
         Q.b[row], Q.soft[row] = study.e[row], 1.0 / C.weight
     for i in range(n):
         q, way = S.state.q[i], C.dt * allowed_speed(C, i)
@@ -452,6 +447,5 @@ def self_speed_run(S: Any, goals: Any, dt: float, speeds: Any, path: Any) -> tup
         if not largest < FOLLOWED:
             return k, worst
         worst = max(worst, largest)
-        for i in range(n):
-            path[k + 1, i] = S.state.q[i]
+        assign(path[k + 1], S.state.q, n)
     return len(goals) - 1, worst

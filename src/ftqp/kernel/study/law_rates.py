@@ -12,6 +12,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.other_records import SHARE
 from ftqp.kernel.maths.elementary import any_of, larger, select, smaller, sqrt
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.study.task_values import task_values
 
@@ -277,8 +278,7 @@ def note(S: Any, L: Any, trace: Any, q: Any, stride: int, gone: float, time: flo
     if L.rows == size:
         L.rows, L.spacing = size // 2, 2.0 * gone / size
         for k in range(L.rows):
-            for i in range(n + 3):
-                trace[k, i] = trace[2 * k, i]
+            assign(trace[k], trace[2 * k], n + 3)
     for i in range(n):
         trace[L.rows, i] = q[i * stride]
     trace[L.rows, n], trace[L.rows, n + 1], trace[L.rows, n + 2] = gone, time, math.sqrt(error)

@@ -16,7 +16,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import CORRECT, ERRONEOUS, NONE, SINGULAR, TASK_ROWS, UNRESOLVED
 from ftqp.kernel.layout.other_records import LONG_WAY, SHARE
 from ftqp.kernel.maths.elementary import any_of, select
-from ftqp.kernel.maths.linear_systems import lu_factor, lu_solve
+from ftqp.kernel.maths.linear_systems import assign, lu_factor, lu_solve, plus_products
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.study.law_rates import (
     LOOKS,
@@ -60,23 +60,18 @@ def dies_out(L: Any, k: int) -> bool:
     if not lu_factor(B, k, L.pivots):
         return False
     for j in range(k):
-        for i in range(k):
-            L.y[i] = S[i, j]
+        assign(L.y, S[:, j], k)
         lu_solve(B, k, L.pivots, L.y)
-        for i in range(k):
-            S[i, j] = L.y[i]
+        assign(S[:, j], L.y, k)
     for _ in range(SQUARINGS):
         size = 0.0
         for i in range(k):
             for j in range(k):
-                s = 0.0
-                for l in range(k):
-                    s += S[i, l] * S[l, j]
+                s = plus_products(0.0, S[i], S[:, j], k)
                 B[i, j] = s
                 size += s * s
         for i in range(k):
-            for j in range(k):
-                S[i, j] = B[i, j]
+            assign(S[i], B[i], k)
         if not size < 1e30:
             return False
         if size < 1e-6:
@@ -211,14 +206,12 @@ def put_slopes(S: Any, L: Any, q: Any) -> None:
 def _rest_ahead(S: Any, L: Any) -> int:
     """What Newton steps on the rates find within REACH of ``here``, or MOVING; it is in ``there``."""
     n, k, found = S.chain.n, L.moves, False
-    for i in range(n):
-        L.there[i] = L.here[i]
+    assign(L.there, L.here, n)
     for _ in range(SEARCHES):
         put_slopes(S, L, L.there)
         for i in range(k):
             L.y[i] = -L.v[L.moving[i]]
-            for j in range(k):
-                L.work[i, j] = L.slope[i, j]
+            assign(L.work[i], L.slope[i], k)
         if not lu_factor(L.work, k, L.pivots):
             return MOVING
         lu_solve(L.work, k, L.pivots, L.y)
@@ -244,8 +237,7 @@ def _rest_ahead(S: Any, L: Any) -> int:
 @jit
 def _on_a_curve(S: Any, L: Any) -> int:
     """Whether ``here``, where all stands, is one of many rests that attract: ERRONEOUS or MOVING."""
-    for i in range(S.chain.n):
-        L.there[i] = L.here[i]
+    assign(L.there, L.here, S.chain.n)
     put_slopes(S, L, L.there)
     if L.one_error[0] < (AT_GOAL * L.unit) ** 2:
         return MOVING
@@ -260,13 +252,11 @@ def _points_back(S: Any, L: Any, way: float) -> bool:
     """Whether the field at ``there`` = ``here`` + way v/|v| points against v, which is in ``v``."""
     n = S.chain.n
     square = along = 0.0
-    for i in range(n):
-        square += L.v[i] * L.v[i]
+    square = plus_products(square, L.v, L.v, n)
     for i in range(n):
         L.there[i] = L.here[i] + way / sqrt(square) * L.v[i]
     rates_at(S, L, L.there, L.w)
-    for i in range(n):
-        along += L.w[i] * L.v[i]
+    along = plus_products(along, L.w, L.v, n)
     return along < -0.5 * sqrt(square) * L.one_speed[0]
 
 
@@ -411,8 +401,7 @@ def creep(S: Any, L: Any, seat: int, trace: Any) -> int:
         if not lu_factor(L.work, k, L.pivots):
             h *= 0.5
             continue
-        for i in range(n):
-            L.there[i] = L.here[i]
+        assign(L.there, L.here, n)
         lu_solve(L.work, k, L.pivots, L.k_1)
         _moved(L, 0.5 * h, L.k_1)
         _rates_into(S, L, L.there, L.f_1)
@@ -435,12 +424,10 @@ def creep(S: Any, L: Any, seat: int, trace: Any) -> int:
             L.path[seat] += sqrt(moved)
             gone += h * (SHARE + speed)
             time += h * max(L.slowness, sqrt(error) * L.per_speed)
-            for i in range(n):
-                L.here[i] = L.there[i]
+            assign(L.here, L.there, n)
             note(S, L, trace, L.here, 1, gone, time, L.one_error[0])
         h = min(LONGEST_CREEP, h * min(5.0, max(0.2, 0.9 / (wrong + 1e-6) ** (1.0 / 3.0))))
-    for i in range(n):
-        L.there[i] = L.here[i]
+    assign(L.there, L.here, n)
     return NONE if L.path[seat] > LONG_WAY else UNRESOLVED
 
 
@@ -470,8 +457,7 @@ def _ending(S: Any, L: Any, seat: int, trace: Any) -> int:
             return ending
     if ending == MOVING and stiff and not long:
         return creep(S, L, seat, trace)
-    for i in range(S.chain.n):
-        L.there[i] = L.here[i]
+    assign(L.there, L.here, S.chain.n)
     return NONE if ending == MOVING and long else ending
 
 

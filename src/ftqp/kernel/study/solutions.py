@@ -9,7 +9,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import CLOSED, CUT, UNFINISHED
-from ftqp.kernel.maths.linear_systems import determinant_sign, lu_factor
+from ftqp.kernel.maths.linear_systems import assign, determinant_sign, lu_factor, plus_products
 from ftqp.kernel.study.task_values import (
     any_null_direction,
     decompose,
@@ -99,8 +99,7 @@ def self_motions_through(
         known = 0
         facts[found, 0], facts[found, 1] = study.closed, study.arc
         facts[found, 2], facts[found, 3] = study.least, study.crossed
-        for i in range(n):
-            windings[found, i] = study.winding[i]
+        assign(windings[found], study.winding, n)
         rows += count
         found += 1
         firsts[found] = rows
@@ -135,8 +134,7 @@ def spread(S: Any, path: Any, parts: Any, first: int, end: int, closed: int, win
             S.state.q[i] = q + share * (other - q)
         if correct(S):
             exact += 1
-        for i in range(n):
-            out[j, i] = S.state.q[i]
+        assign(out[j], S.state.q, n)
     return exact
 
 
@@ -157,8 +155,7 @@ BISECTIONS = 48
 @jit
 def put_joints(S: Any, q: Any) -> None:
     """state.q <- q."""
-    for i in range(S.chain.n):
-        S.state.q[i] = q[i]
+    assign(S.state.q, q, S.chain.n)
 
 
 @jit
@@ -181,10 +178,8 @@ def side_of(S: Any, t: Any) -> float:
     study, n = S.study, S.chain.n
     M, at = study.square, study.m
     for row in range(study.m):
-        for i in range(n):
-            M[row, i] = study.A[row, i]
-    for i in range(n):
-        M[at, i] = t[i]
+        assign(M[row], study.A[row], n)
+    assign(M[at], t, n)
     at += 1
     for j in range(n):
         if study.held[j] and at < n:
@@ -216,8 +211,7 @@ def _advance(S: Any, here: Any, h: float) -> bool:
         square += d * d
         ahead[i] = middle[i]
     onto_null_space(S, ahead)
-    for i in range(n):
-        cosine += ahead[i] * t[i]
+    cosine = plus_products(cosine, ahead, t, n)
     if cosine < LARGEST_TURN and h > LEAST_STEP:
         return False
     if square < 0.25 * h * h or square > 2.25 * h * h:

@@ -6,6 +6,7 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.arm.pose_error import turn_between
 from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.maths.linear_systems import assign, plus_products
 from ftqp.kernel.maths.svd import singular_directions
 from ftqp.kernel.maths.vectors import Vector, column, cross, inner, length, plus, three_from, times
 
@@ -116,8 +117,7 @@ def decompose(S: Any) -> None:
     """A = U diag(sigma) V' into ``U``, ``sigma`` and ``W`` = diag(sigma) V'."""
     study = S.study
     for row in range(study.m):
-        for i in range(S.chain.n):
-            study.W[row, i] = study.A[row, i]
+        assign(study.W[row], study.A[row], S.chain.n)
     singular_directions(study.W, study.m, S.chain.n, study.U, study.sigma)
 
 
@@ -128,15 +128,12 @@ def least_step(S: Any, damping: float) -> float:
     Without damping it is the least-norm solution of A dq = e.
     """
     study, n = S.study, S.chain.n
-    for i in range(n):
-        study.dq[i] = 0.0
+    study.dq[:n] = 0.0
     for k in range(study.m):
         s = study.sigma[k]
         if s <= CUT_OFF * study.sigma[0]:
             continue
-        along = 0.0
-        for row in range(study.m):
-            along += study.U[row, k] * study.e[row]
+        along = plus_products(0.0, study.U[:, k], study.e, study.m)
         along /= s * s + damping
         for i in range(n):
             study.dq[i] += along * study.W[k, i]
@@ -154,15 +151,11 @@ def onto_null_space(S: Any, t: Any) -> float:
         s = study.sigma[k]
         if s <= CUT_OFF * study.sigma[0]:
             continue
-        along = 0.0
-        for i in range(n):
-            along += study.W[k, i] * t[i]
+        along = plus_products(0.0, study.W[k], t, n)
         along /= s * s
         for i in range(n):
             t[i] -= along * study.W[k, i]
-    square = 0.0
-    for i in range(n):
-        square += t[i] * t[i]
+    square = plus_products(0.0, t, t, n)
     size = sqrt(square)
     if size > 0.0:
         for i in range(n):

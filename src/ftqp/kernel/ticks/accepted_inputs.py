@@ -20,6 +20,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import MOST_ROWS
 from ftqp.kernel.maths.elementary import has_last_row, is_finite, is_rotation, whole_turns
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, load_lanes
 
 
@@ -60,8 +61,7 @@ def accept_numbers(K: Any, q: Any, v: Any, target: Any) -> int:
     for i in range(n):
         state.given_q[i], state.given_v[i] = q[i], v[i]
     open_gate(state, K.gate, K.chain)
-    for k in range(TARGET_SIZE):
-        K.task.target[k] = target[k]
+    assign(K.task.target, target, TARGET_SIZE)
     code = target_mistake(K.task)
     if code == 0:
         accept_state(state, K.chain, n)
@@ -87,8 +87,7 @@ def accept_state(state: Any, chain: Any, nq: int) -> None:
     command: an encoder may begin anew with every turn. Joints that mimic others are measured as any.
     """
     n, given = chain.n, state.given_q
-    for i in range(n):
-        state.v[i] = state.given_v[i]
+    assign(state.v, state.given_v, n)
     if nq == n:
         for i in range(n):
             state.q[i] = given[i]

@@ -21,6 +21,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_ERROR,
     TARGET_TWIST,
 )
+from ftqp.kernel.maths.linear_systems import assign, plus_products
 from ftqp.kernel.rows.further_tasks import error_of
 from ftqp.kernel.rows.task_rows import task_rows
 
@@ -51,9 +52,7 @@ def limits_move(K: Any) -> bool:
         if limits.lower_by[i] == BY_POSITION and _speed_of(state, qp.lb[i], v) > NO_MOTION:
             return True
     for k in range(qp.rigid, qp.nc):
-        v = 0.0
-        for i in range(K.chain.n):
-            v += qp.C[k, i] * state.v[i]
+        v = plus_products(0.0, qp.C[k], state.v, K.chain.n)
         if _speed_of(state, qp.l[k], v) > NO_MOTION or _speed_of(state, qp.u[k], v) < -NO_MOTION:
             return True
     return False
@@ -78,9 +77,7 @@ def _change_by_motion(K: Any) -> float:
     task, J, state = K.task, K.kinematics.J, K.state
     linear = angular = 0.0
     for c in range(6 if task.uses_rotation else 3):
-        x = -task.target[TARGET_TWIST + c]
-        for i in range(K.chain.n):
-            x += J[c, i] * state.v[i]
+        x = plus_products(-task.target[TARGET_TWIST + c], J[c], state.v, K.chain.n)
         if c < 3:
             linear += x * x
         else:
@@ -161,8 +158,7 @@ def _stay(K: Any) -> bool:
 def _refuse_target(K: Any) -> bool:
     """A target that cannot be used: the arm is brought to rest until one can; its error is what it was."""
     _stop(K)
-    for k in range(6):
-        K.past.error[K.feedback.now, k] = K.task.error[k]
+    assign(K.past.error[K.feedback.now], K.task.error, 6)
     if K.watch.latched == 0:
         K.cascade.outcome = INVALID_INPUT
     return False
@@ -206,7 +202,6 @@ def may_go_on_as_measured(K: Any, valid: bool) -> bool:
     if not valid:
         return _refuse_target(K)
     pose_error(K)
-    for k in range(6):
-        K.task.seen[k] = K.task.error[k]
+    assign(K.task.seen, K.task.error, 6)
     K.task.position_error, K.task.rotation_error = norms(K.task, K.kinematics, K.task.error)
     return not _emergency(K) or _stop(K)

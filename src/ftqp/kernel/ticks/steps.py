@@ -34,6 +34,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.flat_arrays import COLUMNS, VALID
 from ftqp.kernel.layout.thresholds import MOST_TICKS, RELAXED_FROM, TASK_FLOOR
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance, look_up
 from ftqp.kernel.rows.task_rows import turn_back
@@ -75,8 +76,7 @@ def accept_on_path(K: Any, path: Any, table: Any, q: Any, v: Any) -> int:
     if nq < 0:
         return nq
     look_up(path, table, len(table), path.target)
-    for k in range(TARGET_SIZE):
-        K.task.target[k] = path.target[k]
+    assign(K.task.target, path.target, TARGET_SIZE)
     accept_state(K.state, K.chain, nq)
     return 0
 
@@ -87,8 +87,7 @@ def accept_on_joints(state: Any, task: Any, gate: Any, chain: Any, q: Any, v: An
     nq = accept_arrays(state, gate, chain, q, v)
     if nq < 0:
         return nq
-    for k in range(TARGET_SIZE):
-        task.target[k] = 0.0
+    task.target[:TARGET_SIZE] = 0.0
     accept_state(state, chain, nq)
     return 0
 

@@ -42,6 +42,7 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import LAST
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.monitor.leading import speed_up_gently
 from ftqp.kernel.monitor.watching import watch_servos
 from ftqp.kernel.rows.constraint_rows import (
@@ -184,8 +185,7 @@ def _ask(K: Any) -> int:
     ratio = task.slack_ratio
     K.cascade.stage = MAIN_STAGE
     end_settling(qp, K.settling)
-    for k in range(task.m):
-        task.asked[k] = qp.b[k]
+    assign(task.asked, qp.b, task.m)
     if task.mode == HARD:
         if turned.on:
             compliance(task, terms, K.chain, qp, turned, 0.0)
@@ -284,8 +284,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
         add_manipulability(K)
     fade_feedback(K, path)
     K.cascade.stage = SETTLING_STAGE if settling else MAIN_STAGE
-    for k in range(task.m):
-        task.asked[k] = qp.b[k]
+    assign(task.asked, qp.b, task.m)
     ratio = task.slack_ratio if settling or blocked else STIFFNESS
     compliance(task, K.terms, K.chain, qp, K.turned, ratio)
     rate_variable(K, path)

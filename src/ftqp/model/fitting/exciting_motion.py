@@ -98,10 +98,10 @@ def exciting_motion(
     seen = np.arange(0.0, duration, LOOK)
     best, most = None, -np.inf
     for _ in range(CANDIDATES):
-        shape = _Shape(rng, robot.nv, duration)
-        size = shape.fitting(robot, start, low, high, seen)
+        shape = _Shape(rng, start, low, high, duration)
+        size = shape.fitting(robot, seen)
         for _ in range(SHRINKINGS):
-            motion = shape.motion(start, low, high, size, seen)
+            motion = shape.motion(size, seen)
             information = _information(robot, motion)
             if information is not None and (clear is None or clear(motion[0])):
                 if information > most:
@@ -113,45 +113,42 @@ def exciting_motion(
             f"no motion of {robot.name} from this posture is clear of itself and of what is around it, nor "
             "within its torques; begin at a posture with more room"
         )
-    q_all, v, a = best[0].motion(start, low, high, best[1], t)
+    q_all, v, a = best[0].motion(best[1], t)
     return ExcitingMotion(t=t, q=q_all, v=v, a=a)
 
 
 class _Shape:
     """Sines and centres of one candidate, before they are scaled to the limits."""
 
-    def __init__(self, rng: np.random.Generator, n: int, duration: float) -> None:
-        self._duration = duration
+    def __init__(
+        self, rng: np.random.Generator, start: FloatArray, low: FloatArray, high: FloatArray, duration: float
+    ) -> None:
+        self._start, self._duration, n = start, duration, len(start)
         waves = np.arange(1, WAVES + 1)
         self._w = 2.0 * np.pi * waves / PERIOD
         self._c = rng.standard_normal((2, WAVES, n)) / waves[:, None]
         self._c /= np.abs(self._c).sum(axis=(0, 1))
-        self._centre = rng.uniform(-0.5, 0.5, n)
+        half = 0.5 * (high - low)
+        self._centre, self._reach = 0.5 * (high + low) + rng.uniform(-0.5, 0.5, n) * half - start, 0.5 * half
 
-    def fitting(
-        self, robot: Robot, start: FloatArray, low: FloatArray, high: FloatArray, t: FloatArray
-    ) -> FloatArray:
+    def fitting(self, robot: Robot, t: FloatArray) -> FloatArray:
         """The largest size of each joint's motion that keeps speeds and accelerations, (nv,)."""
         size = np.ones(robot.nv)
-        _, v, a = self.motion(start, low, high, size, t)
+        _, v, a = self.motion(size, t)
         for values, limit, share in ((v, robot.limits.v_max, V_SHARE), (a, robot.limits.a_max, A_SHARE)):
             size = np.minimum(size, share * limit / np.maximum(np.abs(values).max(axis=0), 1e-12))
         return size
 
-    def motion(
-        self, start: FloatArray, low: FloatArray, high: FloatArray, size: FloatArray, t: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def motion(self, size: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """q, v and a at times t, each (K, nv)."""
-        half = 0.5 * (high - low)
-        centre = 0.5 * (high + low) + self._centre * half - start
-        reach = 0.5 * half
+        centre, reach = self._centre, self._reach
         phase = np.outer(t, self._w)
         sines, cosines = np.sin(phase), np.cos(phase)
         x = centre + reach * (sines @ self._c[0] + cosines @ self._c[1])
         v = reach * ((cosines * self._w) @ self._c[0] - (sines * self._w) @ self._c[1])
         a = -reach * ((sines * self._w**2) @ self._c[0] + (cosines * self._w**2) @ self._c[1])
         s, ds, dds = (part[:, None] for part in _rise(t, self._duration))
-        return start + size * s * x, size * (s * v + ds * x), size * (s * a + 2.0 * ds * v + dds * x)
+        return self._start + size * s * x, size * (s * v + ds * x), size * (s * a + 2.0 * ds * v + dds * x)
 
 
 def _rise(t: FloatArray, duration: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -290,15 +290,9 @@ def fitted_arm(
 def arm_of(robot: Robot, every: Sequence[TorqueLog], unknowns: Sequence[str], most: int) -> FittedArm:
     """The same, also of a log that is not explained."""
     parts = [pieces_of(log, max(most // len(every), 1)) for log in every]
-    pieces = Pieces(
-        t=np.concatenate([part.t for part in parts]),
-        q=np.concatenate([part.q for part in parts]),
-        v=np.concatenate([part.v for part in parts]),
-        a=np.concatenate([part.a for part in parts]),
-        tau=np.concatenate([part.tau for part in parts]),
-        width=max(part.width for part in parts),
-        left_out=sum(part.left_out for part in parts),
-    )
+    t, q, v, a, tau = (np.concatenate(arrays) for arrays in zip(*(part[:5] for part in parts), strict=True))
+    width, left_out = max(part.width for part in parts), sum(part.left_out for part in parts)
+    pieces = Pieces(t, q, v, a, tau, width, left_out)
     block = np.concatenate(
         [np.floor((p.t - p.t[0]) / ALIKE) + 1e6 * k for k, p in enumerate(parts)]
     )  # fmt: skip

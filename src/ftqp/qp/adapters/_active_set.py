@@ -18,9 +18,6 @@ class ActiveSet(Backend):
     package = "ftqp"
     settings_type = ActiveSetSettings
 
-    def __init__(self, settings: ActiveSetSettings) -> None:
-        super().__init__("active_set")
-
     def _prepare(self, qp: QPBuffers) -> None:
         self._work = Workspace(qp.n, qp.m, qp.p)
 

@@ -55,10 +55,6 @@ class Daqp(Backend):
     package = "daqp"
     settings_type = DaqpSettings
 
-    def __init__(self, settings: DaqpSettings) -> None:
-        super().__init__("daqp")
-        self._settings = settings
-
     def _prepare(self, qp: QPBuffers) -> None:
         n, m, p = qp.n, qp.m, qp.p
         self._sense = np.zeros(n + m + p, dtype=np.intc)
@@ -71,7 +67,7 @@ class Daqp(Backend):
         self._model.setup(
             np.eye(n), np.zeros(n), rows, np.ones(n + m + p), -np.ones(n + m + p), 0 * self._sense
         )
-        chosen = self._settings
+        chosen = self.settings
         self._model.settings = {
             "primal_tol": chosen.tolerance,
             "dual_tol": chosen.dual_tolerance,

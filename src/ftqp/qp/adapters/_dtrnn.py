@@ -104,7 +104,6 @@ class Dtrnn(Backend):
     A warm solve and its cold repeat together take at most ``settings.cap`` iterations.
 
     Attributes:
-        settings: The settings as they were given.
         numbers: The options, as the kernel takes them.
         residual: |e| at the end of the last solve.
         trace: |e|, r_eq, gap and whether a jump succeeded, one row an iteration as far as there are rows,
@@ -114,9 +113,8 @@ class Dtrnn(Backend):
     package = "ftqp"
     settings_type = DtrnnSettings
 
-    def __init__(self, settings: DtrnnSettings) -> None:
-        super().__init__("dtrnn")
-        self.settings = settings
+    def __init__(self, name: str, settings: DtrnnSettings) -> None:
+        super().__init__(name, settings)
         self.numbers = settings.numbers()
         self.residual, self.trace = 0.0, NO_TRACE
 

@@ -63,10 +63,6 @@ class Osqp(Backend):
     package = "osqp"
     settings_type = OsqpSettings
 
-    def __init__(self, settings: OsqpSettings) -> None:
-        super().__init__("osqp")
-        self._settings = settings
-
     def _prepare(self, qp: QPBuffers) -> None:
         n, k = qp.n, len(qp.rows)
         # Column j of [I; A; C] has its one in row j and is full below the box; sorted, so values need no
@@ -81,7 +77,7 @@ class Osqp(Backend):
         columns, rows = np.tril_indices(n)
         starts = np.concatenate(([0], np.cumsum(np.arange(1, n + 1))))
         triangle = csc_matrix(((rows == columns).astype(float), rows, starts), shape=(n, n))
-        chosen = self._settings
+        chosen = self.settings
         limit = {} if chosen.time_limit is None else {"time_limit": chosen.time_limit}
         model = osqp.OSQP(algebra="builtin")
         model.setup(
@@ -113,7 +109,7 @@ class Osqp(Backend):
         ):
             return Claim.FAILED
         if cold:
-            solver.update_rho(self._settings.rho)
+            solver.update_rho(self.settings.rho)
             solver.warm_start(self._zero_x, self._zero_y)
         solver.solve()
         info = solver.info

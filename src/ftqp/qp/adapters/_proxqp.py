@@ -45,14 +45,10 @@ class Proxqp(Backend):
     package = "proxsuite"
     settings_type = ProxqpSettings
 
-    def __init__(self, settings: ProxqpSettings) -> None:
-        super().__init__("proxqp")
-        self._settings = settings
-
     def _prepare(self, qp: QPBuffers) -> None:
         n, m, p = qp.n, qp.m, qp.p
         solver = proxqp.dense.QP(n, m, p, True)
-        chosen = self._settings
+        chosen = self.settings
         solver.settings.eps_abs = solver.settings.eps_duality_gap_abs = chosen.tolerance
         solver.settings.eps_rel = solver.settings.eps_duality_gap_rel = 0.0
         solver.settings.check_duality_gap = True

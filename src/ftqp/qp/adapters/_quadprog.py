@@ -30,10 +30,6 @@ class Quadprog(Backend):
     package = "quadprog"
     settings_type = QuadprogSettings
 
-    def __init__(self, settings: QuadprogSettings) -> None:
-        super().__init__("quadprog")
-        self._settings = settings
-
     def _prepare(self, qp: QPBuffers) -> None:
         n, k = qp.n, len(qp.lower)
         self._all_rows: FloatArray = np.zeros((k, n))
@@ -79,7 +75,7 @@ class Quadprog(Backend):
                 if "positive definite" not in str(error) or attempt == 1:
                     return Claim.FAILED
                 n = qp.n
-                H = qp.H + (self._settings.regularization * np.trace(qp.H) / n) * np.eye(n)
+                H = qp.H + (self.settings.regularization * np.trace(qp.H) / n) * np.eye(n)
                 continue
             return result[0], result[4], int(result[3].sum())
         return Claim.FAILED

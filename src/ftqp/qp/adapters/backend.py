@@ -156,6 +156,7 @@ class Backend(ABC):
 
     Attributes:
         name: How users name the backend.
+        settings: The solver's, as its adapter has them.
         iterations: Iterations of the last solve, in the solver's own counting.
         overran: Whether the last solve was cut short by a time limit.
     """
@@ -163,8 +164,8 @@ class Backend(ABC):
     package: ClassVar[str]
     """The distribution whose version is reported."""
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self, name: str, settings: Any = None) -> None:
+        self.name, self.settings = name, settings
         self.iterations = 0
         self.overran = False
         self._spent = 0

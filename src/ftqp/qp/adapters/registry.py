@@ -156,7 +156,9 @@ def _made(name: str, given: Mapping[str, Any]) -> Backend:
             raise
         raise MissingPackage(f"backend {name!r}", error.name, remedy_for_extra(EXTRA)) from error
     made: Backend = (
-        cls(name.removeprefix(PREFIX), given) if adapted else cls(settings(cls.settings_type, name, given))
+        cls(name.removeprefix(PREFIX), given)
+        if adapted
+        else cls(name, settings(cls.settings_type, name, given))
     )
     return made
 

@@ -75,7 +75,7 @@ def solve(
     if not isinstance(problem, QP):
         raise InputError(f"the problem is a {type(problem).__name__}, expected an ftqp.QP")
     chosen = settings_of(DtrnnSettings, "dtrnn", {"method": method, **settings})
-    solver = Dtrnn(chosen)
+    solver = Dtrnn("dtrnn", chosen)
     buffers = loaded(problem)
     solver.setup(buffers)
     if start is not None:

@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.model.chain import rotation_to
+from ftqp.core.pose import rotation_to
 from ftqp.sim.session.frame import FurtherFact, Solid
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import wxyz

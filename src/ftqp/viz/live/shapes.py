@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.model.chain import Chain, ends_of, rotation_to
+from ftqp.core.pose import rotation_to
+from ftqp.model.chain import Chain, ends_of
 from ftqp.model.robot import Robot
 
 BASE = -1

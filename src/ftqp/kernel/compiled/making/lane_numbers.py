@@ -148,16 +148,7 @@ def _llvm(builder: Any, name: str, *values: Any) -> Any:
 def register_elementary(
     *, sqrt: Any, floor: Any, larger: Any, smaller: Any, select: Any, any_of: Any
 ) -> None:
-    """Make elementary functions known to compiled code, for numbers and for lanes.
-
-    Args:
-        sqrt: sqrt x.
-        floor: The largest whole number <= x, as a float.
-        larger: The larger of two.
-        smaller: The smaller of two.
-        select: ``a`` where a condition holds, else ``b``.
-        any_of: Whether a condition holds in any lane.
-    """
+    """Make elementary functions known to compiled code, for numbers and for lanes."""
 
     def root(builder: Any, a: Any) -> Any:
         return _llvm(builder, "llvm.sqrt", a)
