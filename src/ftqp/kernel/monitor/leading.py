@@ -79,11 +79,12 @@ def speed_up_gently(K: Any) -> None:
         return
     for k in range(K.faults.working):
         i = K.faults.order[k]
-        a, top = limits.a_max[i], OVERSHOOT * limits.v_max[i]
-        if a * a * M.rotor[i] <= top * top:
+        v, top = state.v[i], (1.0 - K.feedback.speed_margin) * limits.v_max[i]
+        slow = max(sqrt(M.rotor[i]), M.theta[i, 0] + sqrt(M.P[i, 0, 0]))
+        a = max(top - abs(v), 0.0)
+        if a >= limits.a_max[i] * slow:
             continue
-        a = top / sqrt(M.rotor[i])
-        v = state.v[i]
+        a /= slow
         if state.level == ACCELERATION:
             low, high = -a, a
         else:
@@ -112,9 +113,9 @@ def blend(K: Any) -> None:
 @jit
 def way_of(K: Any, i: int) -> float:
     """How far what is sent to joint i may go in this tick; the gate lets no more through."""
-    top = max(min(K.limits.v_max[i], UNLIMITED), abs(K.state.v_command[i]), abs(K.gate.v[i]))
+    top, v = min(K.limits.v_max[i], UNLIMITED), max(abs(K.state.v_command[i]), abs(K.gate.v[i]))
     ahead = min(max(K.monitor.used[i, 0], K.monitor.stated_lead[i]), LONGEST) if K.monitor.sees else LONGEST
-    return float(K.state.dt * (top + ahead * abs(K.state.a_command[i])))
+    return float(K.state.dt * max(min(v + CATCHES_UP * top + ahead * abs(K.state.a_command[i]), top), v))
 
 
 @jit
