@@ -18,7 +18,7 @@ from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, TORQUE_DRIVE, VELO
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import LONGEST, MOST_SHIFT, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import block_time, noise_of, variance
+from ftqp.kernel.monitor.servos import block_time, may_stick, noise_of, variance
 from ftqp.kernel.rows.joint_intervals import narrow
 
 BLENDS = 4.0
@@ -34,6 +34,8 @@ hide a fault, as what is learned of the droop would follow it. Nor by less than 
 evidence counts, up to the second time."""
 CATCHES_UP = 0.25
 """Beside its speed a joint catches up with this share of its limit."""
+ALL = 0.99
+"""A joint that leads by this share of its bound leads by all of it."""
 TURNS = 0.5
 """Servos that take velocities push a joint that is held by its excess in so long [s], and back."""
 BACK = 0.5
@@ -132,6 +134,12 @@ def wanted(K: Any, i: int) -> float:
 
 
 @jit
+def asks_all(K: Any, i: int) -> bool:
+    """Whether the command leads joint i by as much as it may."""
+    return bool(abs(K.gate.sent[i] - seen_now(K, i)) > ALL * K.monitor.room[i])
+
+
+@jit
 def lead_joint(K: Any, i: int, bounded: bool) -> None:
     """What is sent to joint i, position and velocity."""
     M, state, last = K.monitor, K.state, K.gate.sent[i]
@@ -139,6 +147,8 @@ def lead_joint(K: Any, i: int, bounded: bool) -> None:
     asked = want = wanted(K, i)
     if bounded:
         now, room = seen_now(K, i), M.room[i]
+        if M.G_lock[i] > M.level and M.names and may_stick(K, i):
+            want = now + (room if M.r[i] > 0.0 else -room)
         if want > now + room:
             want = max(now + room, min(last, want))
         elif want < now - room:

@@ -302,6 +302,14 @@ def _motion_beside(K: Any, i: int) -> float:
 
 
 @jit
+def may_stick(K: Any, i: int) -> bool:
+    """Whether joint i behind a position servo has shown no friction yet, so that more than it knows may hold it."""
+    M = K.monitor
+    told = M.doubt[i, FRICTION]
+    return bool(K.feedback.kind == POSITION_DRIVE and M.P[i, FRICTION, FRICTION] > 0.25 * told * told)
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -319,6 +327,8 @@ def residual(K: Any, i: int) -> None:
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
+    if phi[FRICTION] * r > 0.0 and may_stick(K, i):  # it comes loose for the first time: so much held it
+        M.P[i, FRICTION, FRICTION] = max(M.P[i, FRICTION, FRICTION], r * r)
     moved = _motion_beside(K, i)
     miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
     if by_torque:
