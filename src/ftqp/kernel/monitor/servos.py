@@ -57,6 +57,8 @@ EITHER = 4.0 / 3.0
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
+A_WAY = 0.05
+"""The way that a joint has gone is counted in pieces of this length [rad or m]."""
 REMEMBERS, FAR, QUICK = 5.0, 3.0, 6.0
 """The largest residual is kept for so far a way [rad or m]. Where twice what is missed is so many times as
 much, what a lock is judged by falls so many times as fast."""
@@ -303,10 +305,30 @@ def _motion_beside(K: Any, i: int) -> float:
 
 @jit
 def may_stick(K: Any, i: int) -> bool:
-    """Whether joint i behind a position servo has shown no friction yet, so that more than it knows may hold it."""
+    """Whether joint i, whose servo takes positions, has never gone yet: more than is known may hold it."""
     M = K.monitor
-    told = M.doubt[i, FRICTION]
-    return bool(K.feedback.kind == POSITION_DRIVE and M.P[i, FRICTION, FRICTION] > 0.25 * told * told)
+    gone = A_WAY * M.way[i]
+    return bool(
+        K.feedback.kind == POSITION_DRIVE and gone < GEAR + STILL * sqrt(noise_of(K, i) * M.w * K.state.dt)
+    )
+
+
+@rare_jit
+def _come_loose(M: Any, i: int) -> float:
+    """Joint i, which stood, goes where it was asked to: what was taken for droop was friction, and no lock.
+
+    How much more is left over of its row then.
+    """
+    phi, theta, change = M.phi, M.theta[i], 0.0
+    for k in range(SERVO):
+        change += phi[k] * theta[k]
+    as_before(M, i)
+    for k in range(SERVO):
+        change -= phi[k] * theta[k]
+    held = M.u_f[2, i] - M.y_f[2, i]
+    M.P[i, FRICTION, FRICTION] = max(M.P[i, FRICTION, FRICTION], held * held)
+    M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
+    return change
 
 
 @jit
@@ -327,8 +349,8 @@ def residual(K: Any, i: int) -> None:
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
-    if phi[FRICTION] * r > 0.0 and may_stick(K, i):  # it comes loose for the first time: so much held it
-        M.P[i, FRICTION, FRICTION] = max(M.P[i, FRICTION, FRICTION], r * r)
+    if M.G[i] > 0.0 and phi[FRICTION] * r > 0.0 and may_stick(K, i):
+        r += _come_loose(M, i)
     moved = _motion_beside(K, i)
     miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
     if by_torque:
@@ -411,4 +433,5 @@ def learn_servo(K: Any, i: int) -> None:
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: so sure is what was told
     if M.act[i] > 0.05:
         _believe_missed(K, i)
-    M.way[i] += v * block / 0.05
+    if M.fades > 0.0 or not stuck:
+        M.way[i] += v * block / A_WAY

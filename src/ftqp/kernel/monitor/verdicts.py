@@ -93,7 +93,7 @@ def _is_locked(K: Any, i: int) -> bool:
     M = K.monitor
     if M.G_lock[i] <= M.level or not _others_move(K) or _holds_still(K, i) or _is_near(K, i):
         return False
-    if may_stick(K, i) and not (M.rests[i] and asks_all(K, i)):
+    if may_stick(K, i) and not asks_all(K, i):
         return False
     others = 0.0
     for j in range(K.chain.n):
