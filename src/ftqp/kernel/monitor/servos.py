@@ -433,5 +433,5 @@ def learn_servo(K: Any, i: int) -> None:
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: so sure is what was told
     if M.act[i] > 0.05:
         _believe_missed(K, i)
-    if M.fades > 0.0 or not stuck:
+    if K.feedback.kind != POSITION_DRIVE or not stuck:
         M.way[i] += v * block / A_WAY
