@@ -57,8 +57,6 @@ EITHER = 4.0 / 3.0
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
 """Of the motion of a healthy joint the model misses so much [s] before anything was learned, and between
 these."""
-A_WAY = 0.05
-"""The way that a joint has gone is counted in pieces of this length [rad or m]."""
 REMEMBERS, FAR, QUICK = 5.0, 3.0, 6.0
 """The largest residual is kept for so far a way [rad or m]. Where twice what is missed is so many times as
 much, what a lock is judged by falls so many times as fast."""
@@ -305,12 +303,9 @@ def _motion_beside(K: Any, i: int) -> float:
 
 @jit
 def may_stick(K: Any, i: int) -> bool:
-    """Whether joint i, whose servo takes positions, has never gone yet: more than is known may hold it."""
-    M = K.monitor
-    gone = A_WAY * M.way[i]
-    return bool(
-        K.feedback.kind == POSITION_DRIVE and gone < GEAR + STILL * sqrt(noise_of(K, i) * M.w * K.state.dt)
-    )
+    """Whether joint i behind a position servo has not gone yet: more friction than is known may hold it."""
+    gone = abs(K.monitor.y_f[2, i] - K.monitor.place[i])
+    return bool(K.feedback.kind == POSITION_DRIVE and gone < GEAR + STILL * sqrt(noise_of(K, i)))
 
 
 @rare_jit
@@ -433,5 +428,4 @@ def learn_servo(K: Any, i: int) -> None:
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: so sure is what was told
     if M.act[i] > 0.05:
         _believe_missed(K, i)
-    if K.feedback.kind != POSITION_DRIVE or not stuck:
-        M.way[i] += v * block / A_WAY
+    M.way[i] += v * block / 0.05
