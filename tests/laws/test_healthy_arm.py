@@ -240,7 +240,7 @@ def test_a_lock_soon_after_the_start_of_a_fast_motion_is_found(joint):
 
 @pytest.mark.long
 @pytest.mark.parametrize("joint", [1, 4])
-@pytest.mark.parametrize("dry", [0.03, 0.06])
+@pytest.mark.parametrize("dry", [0.03, 0.09])
 def test_a_joint_that_dry_friction_holds_is_healthy(joint, dry, tmp_path):
     """Nobody knows how a soft servo sticks until it has moved; its lead grows until it comes loose."""
     robot = stranger(tmp_path)
@@ -248,6 +248,18 @@ def test_a_joint_that_dry_friction_holds_is_healthy(joint, dry, tmp_path):
     arm.dry[joint] = dry * 25.0**2
     motion = Motion(robot, arm, FAST, 4.0, task=POSITION)
     assert motion.planner.stopped_because is None and not motion.planner.findings
+
+
+@pytest.mark.parametrize("wn", [19.0, 25.0, 63.0])
+def test_a_joint_of_whose_servo_nothing_is_known_keeps_its_speed_limit(wn):
+    """It was sped up as hard as it may be, and led by more than its limit: it went at 1.13 times that."""
+    p, arm = started(PANDA, dt=2 * FAST, drive=ftqp.Drive(takes_velocity=False)), arm_of(PANDA, 2 * FAST, wn)
+    target, fast = ftqp.Target(pose=PANDA.pose(PANDA.neutral + 2.0 * (np.arange(7) == 0))), 0.0
+    for _ in range(600):
+        arm.command(p.step(arm.measured(), None, target))
+        fast = max(fast, float((np.abs(arm.v) / PANDA.limits.v_max).max()))
+    assert p.stopped_because is None and not p.findings
+    assert 0.9 < fast < 1.0
 
 
 @pytest.mark.parametrize("wn", [20.0, 38.0])
@@ -262,7 +274,7 @@ def test_a_belief_moves_no_command_faster_than_its_joint_may_go(wn):
         step = p.step(arm.measured(), None, ftqp.Target(pose=PANDA.pose(q)))
         sent.append(step.q[0])
         arm.command(step)
-    assert np.abs(np.diff(sent)).max() < 1.1 * top * FAST
+    assert np.abs(np.diff(sent)).max() < 0.75 * top * FAST
 
 
 def test_a_command_is_not_led_against_its_acceleration():

@@ -16,7 +16,7 @@ from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import GEAR, LEAST_SHIFT, MOST_SHIFT
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import creep_of, direction, noise_of, variance
+from ftqp.kernel.monitor.servos import creep_of, direction, may_stick, noise_of, variance
 
 HIDES = 0.2
 """A fault may be learned as a droop for so long [s], as servos take to stop, before evidence rises."""
@@ -64,7 +64,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
         torque += M.phi[r] * theta[r]
     unsure = 0.3 * theta[1] * M.a[i]
     doubt = M.spread[i] + unsure * unsure + variance(P, M.phi, 1)
-    clear = gain if M.r[i] * M.r[i] > 9.0 * doubt else min(gain, 0.0)
+    clear = gain if M.r[i] * M.r[i] > 9.0 * doubt and not may_stick(K, i) else min(gain, 0.0)
     _sum(M.G_free, i, clear - 0.5 * M.kappa * torque * torque / doubt, M.top)
     M.z_old[i], M.z_sharp_old[i] = z, M.z_sharp[i]
 

@@ -18,13 +18,11 @@ from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, TORQUE_DRIVE, VELO
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import LONGEST, MOST_SHIFT, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import block_time, noise_of, variance
+from ftqp.kernel.monitor.servos import block_time, may_stick, noise_of, variance
 from ftqp.kernel.rows.joint_intervals import narrow
 
 BLENDS = 4.0
 """What is believed comes into the command over so many looks: nothing that is believed switches."""
-OVERSHOOT = 0.08
-"""Share of v_max w_n as which a joint may speed up: e times the overshoot of 3 % that it makes in the end."""
 LAGS, TOLD_LEAST = 2.0, 0.01
 """A servo of a stated bandwidth w lags by 2 v_max/w at most: no command leads it by more, nor need it
 lead by less than a joint goes in the second time [s]."""
@@ -33,7 +31,9 @@ SHOWS, SHOWS_MOST = 0.004, 0.02
 hide a fault, as what is learned of the droop would follow it. Nor by less than what the
 evidence counts, up to the second time."""
 CATCHES_UP = 0.25
-"""Beside its speed a joint catches up with this share of its limit."""
+"""Beside its speed a joint catches up with this share of its limit, and what is believed comes in so fast."""
+ALL = 0.99
+"""A joint that leads by this share of its bound leads by all of it."""
 TURNS = 0.5
 """Servos that take velocities push a joint that is held by its excess in so long [s], and back."""
 BACK = 0.5
@@ -54,7 +54,7 @@ def aim(K: Any, i: int) -> None:
     phi[0], phi[1], phi[2] = K.state.v_command[i], K.state.a_command[i], 0.0
     phi[3], phi[4], phi[5] = 1.0, g, 0.0
     M.unsure[i] = variance(P, phi, 0)
-    M.rotor[i] = max(certain(theta[1], 4.0 * P[1, 1]), 0.0)
+    M.rotor[i] = max(sqrt(max(theta[1], 0.0) + sqrt(P[1, 1])), theta[0] + sqrt(P[0, 0]))
     M.droop[i] = certain(M.used[i, 3] + M.used[i, 4] * g, P[3, 3] + 2.0 * g * P[3, 4] + g * g * P[4, 4])
     top = min(K.limits.v_max[i], UNLIMITED)
     speed = min(top, max(abs(K.state.v_command[i]), M.peak_v[i]) + CATCHES_UP * top)
@@ -69,21 +69,22 @@ def aim(K: Any, i: int) -> None:
 
 @part_jit
 def speed_up_gently(K: Any) -> None:
-    """No joint gains speed faster than its servo follows, 0.08 v_max w_n, w_n = 1/sqrt(m), once m is known.
+    """No joint speeds up by more than its servo takes up before the speed limit: a <= w_n (v_max - v).
 
-    A servo answers the end of an acceleration a with an overshoot of a/(e w_n), which is then 3 % of the
-    speed limit; the reference keeps 4 % below that. How a joint brakes is not touched.
+    A servo answers the end of an acceleration a with an overshoot of a/(e w_n), and a lead of c v_r goes at
+    v + c a meanwhile. w_n is the least that is likely, of m and of c alike: an arm of which nothing is known
+    is led as carefully as one whose servos are slow. How a joint brakes is not touched.
     """
     state, M, limits = K.state, K.monitor, K.limits
     if not M.sees or limits.conversion != VIABILITY:
         return
     for k in range(K.faults.working):
         i = K.faults.order[k]
-        a, top = limits.a_max[i], OVERSHOOT * limits.v_max[i]
-        if a * a * M.rotor[i] <= top * top:
+        v, slow = state.v[i], M.rotor[i]
+        left = max((1.0 - K.feedback.speed_margin) * limits.v_max[i] - abs(v), 0.0)
+        if left >= limits.a_max[i] * slow:
             continue
-        a = top / sqrt(M.rotor[i])
-        v = state.v[i]
+        a = left / slow
         if state.level == ACCELERATION:
             low, high = -a, a
         else:
@@ -111,10 +112,10 @@ def blend(K: Any) -> None:
 
 @jit
 def way_of(K: Any, i: int) -> float:
-    """How far what is sent to joint i may go in this tick; the gate lets no more through."""
-    top = max(min(K.limits.v_max[i], UNLIMITED), abs(K.state.v_command[i]), abs(K.gate.v[i]))
+    """How far what is sent to joint i may go in this tick: as fast as the joint may be, and not at once."""
+    top, v = min(K.limits.v_max[i], UNLIMITED), max(abs(K.state.v_command[i]), abs(K.gate.v[i]))
     ahead = min(max(K.monitor.used[i, 0], K.monitor.stated_lead[i]), LONGEST) if K.monitor.sees else LONGEST
-    return float(K.state.dt * (top + ahead * abs(K.state.a_command[i])))
+    return float(K.state.dt * max(min(v + CATCHES_UP * top + ahead * abs(K.state.a_command[i]), top), v))
 
 
 @jit
@@ -131,6 +132,13 @@ def wanted(K: Any, i: int) -> float:
 
 
 @jit
+def asks_all(K: Any, i: int) -> bool:
+    """Whether the command leads joint i, which rests, by as much as it may."""
+    M = K.monitor
+    return bool(M.rests[i] and abs(K.gate.sent[i] - seen_now(K, i)) > ALL * M.room[i])
+
+
+@jit
 def lead_joint(K: Any, i: int, bounded: bool) -> float:
     """What is sent to joint i, position and velocity; by how much of its bound that is held back."""
     M, state, last = K.monitor, K.state, K.gate.sent[i]
@@ -139,6 +147,10 @@ def lead_joint(K: Any, i: int, bounded: bool) -> float:
     held_back = 0.0
     if bounded:
         now, room = seen_now(K, i), M.room[i]
+        if (
+            M.names and M.G_lock[i] > M.level and may_stick(K, i)
+        ):  # friction may hold it, and it is asked for more
+            want = now + (room if M.r[i] > 0.0 else -room)
         if want > now + room:
             want = max(now + room, min(last, want))
         elif want < now - room:

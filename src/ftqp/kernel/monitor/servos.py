@@ -302,6 +302,31 @@ def _motion_beside(K: Any, i: int) -> float:
 
 
 @jit
+def may_stick(K: Any, i: int) -> bool:
+    """Whether joint i behind a position servo has not gone yet: more friction than is known may hold it."""
+    gone = abs(K.monitor.y_f[2, i] - K.monitor.place[i])
+    return bool(K.feedback.kind == POSITION_DRIVE and gone < GEAR + STILL * sqrt(noise_of(K, i)))
+
+
+@rare_jit
+def _come_loose(M: Any, i: int) -> float:
+    """Joint i, which stood, goes where it was asked to: what was taken for droop was friction, and no lock.
+
+    How much more is left over of its row then.
+    """
+    phi, theta, change = M.phi, M.theta[i], 0.0
+    for k in range(SERVO):
+        change += phi[k] * theta[k]
+    as_before(M, i)
+    for k in range(SERVO):
+        change -= phi[k] * theta[k]
+    held = M.u_f[2, i] - M.y_f[2, i]
+    M.P[i, FRICTION, FRICTION] = max(M.P[i, FRICTION, FRICTION], held * held)
+    M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
+    return change
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
@@ -319,6 +344,8 @@ def residual(K: Any, i: int) -> None:
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
+    if M.G[i] > 0.0 and phi[FRICTION] * r > 0.0 and may_stick(K, i):
+        r += _come_loose(M, i)
     moved = _motion_beside(K, i)
     miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
     if by_torque:

@@ -26,7 +26,8 @@ from ftqp.kernel.layout.hypotheses import TOO_FAST, TOUCHED
 from ftqp.kernel.layout.thresholds import GEAR
 from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.monitor.evidence import blur_of, forget_evidence, stands
-from ftqp.kernel.monitor.servos import as_before, ticks_to_settle
+from ftqp.kernel.monitor.leading import asks_all
+from ftqp.kernel.monitor.servos import as_before, may_stick, ticks_to_settle
 
 MOVES = 0.05
 """A joint without motor is named where it is faster than this [rad/s or m/s]: what it does without shows."""
@@ -91,6 +92,8 @@ def _is_locked(K: Any, i: int) -> bool:
     """Joint i has not gone where it was sent, stands, and stands out."""
     M = K.monitor
     if M.G_lock[i] <= M.level or not _others_move(K) or _holds_still(K, i) or _is_near(K, i):
+        return False
+    if may_stick(K, i) and not asks_all(K, i):
         return False
     others = 0.0
     for j in range(K.chain.n):
