@@ -164,10 +164,10 @@ def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(t
             "    manipulability: float = _coefficient(steady=True)\n    ballast: float = _coefficient()\n",
         ),
         "rows/objective.py": (
-            "    if K.settling.hushed:\n        _hush(K)\n",
+            "    if K.settling.gradient_suppressed:\n        _hush(K)\n",
             "    if criteria.ballast != 0.0:\n        for i in range(K.chain.n):\n"
             "            K.qp.g[i] += criteria.ballast * (i + 1.0)\n"
-            "    if K.settling.hushed:\n        _hush(K)\n",
+            "    if K.settling.gradient_suppressed:\n        _hush(K)\n",
         ),
     }
     for name, (before, after) in edits.items():

@@ -13,7 +13,7 @@ PROMISED = {
     "tau", "status", "error", "status_name", "detect", "watch", "follow", "progress", "begin",
     "tip", "joints", "drive", "dt", "open_for", "brakes", "stop_reason", "stop_reason_name",
     "aim", "aim_joints", "believed", "brake", "clearance", "has", "move", "task_error", "tasks", "things",
-    "tool", "weight",
+    "tool", "weight", "go_to", "go", "arrived",
 }  # fmt: skip
 
 

@@ -203,12 +203,13 @@ def test_arm_that_follows_to_the_last_bit_may_use_all_of_its_speed(robot):
 
 
 def test_arm_with_servos_keeps_four_per_cent_of_its_speed_for_them(robot):
-    assert fastest(robot, 1e-5) == pytest.approx(0.96, abs=1e-3)
+    """It comes near that as fast as its servo is known to follow."""
+    assert 0.955 < fastest(robot, 1e-5) < 0.961
 
 
 def test_more_is_kept_while_a_joint_swings_freely(robot):
     """The first joint of a standing arm knows no gravity: the others go on with the task."""
-    assert fastest(robot, 1e-5, ftqp.FreeSwinging(0, damping=3.0)) == pytest.approx(0.88, abs=1e-3)
+    assert 0.875 < fastest(robot, 1e-5, ftqp.FreeSwinging(0, damping=3.0)) < 0.881
 
 
 TWO_MS = 2e-3

@@ -267,7 +267,7 @@ def test_both_plants_agree_on_a_joint_that_locks_at_once(panda):
     other = circle(panda, torque_arm(panda), events)
     assert one.completed and other.completed
     expected = one.log["position_error"].max()  # the torque loop takes some ticks to answer the impulse
-    assert other.log["position_error"].max() == pytest.approx(expected, rel=0.02)
+    assert other.log["position_error"].max() == pytest.approx(expected, rel=0.03)
     np.testing.assert_allclose(other.q, one.q, atol=1e-3)
 
 

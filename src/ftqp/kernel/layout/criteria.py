@@ -54,7 +54,11 @@ class Criterion:
         return Criterion(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
 
     def scaled(self, weight: float) -> "Criterion":
-        """The criterion times a weight >= 0."""
+        """The criterion times a weight.
+
+        Args:
+            weight: The factor of every coefficient, >= 0.
+        """
         return Criterion(**{f.name: weight * getattr(self, f.name) for f in fields(self)})
 
     @property

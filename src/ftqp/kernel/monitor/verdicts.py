@@ -106,13 +106,20 @@ def _is_locked(K: Any, i: int) -> bool:
 
 
 @jit
+def _is_driven(K: Any, i: int) -> bool:
+    """Whether joint i, which takes torques, speeds up towards where it is sent: what pushes it does not."""
+    off = K.state.q_command[i] - K.monitor.means[0, i]
+    return bool(K.feedback.kind == TORQUE_DRIVE and K.monitor.a[i] * off > 0.0)
+
+
+@jit
 def _has_no_motor(K: Any, i: int) -> bool:
     """Joint i moves as if nothing drove it, and no other one does what it should not."""
     M = K.monitor
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
-    if _is_pushed(K) or _holds_still(K, i):
+    if _is_pushed(K) or _holds_still(K, i) or _is_driven(K, i):
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
