@@ -308,3 +308,17 @@ def test_error_that_only_noise_lifts_does_not_stop(panda, home, follow):
 
     planner = ftqp.Planner(panda, TWO_MS, emergency=ftqp.EmergencyStop(position=0.05, samples=3))
     assert not {s.status for s in follow(planner, jumping, 15)} & {STOPPING, STOPPED}
+
+
+def test_a_stop_that_is_asked_for_outlasts_one_that_a_free_joint_asked_for(robot):
+    """The arm is stopped while it is decided what can be kept beside free joints, and goes on by itself."""
+    planner = ftqp.Planner(robot, DT, task=ftqp.Task(mode="hard"), drive="position")
+    planner.reset(robot.neutral)
+    planner.report(ftqp.FreeSwinging(1))
+    planner.report(ftqp.FreeSwinging(3))
+    target = ftqp.Target(pose=robot.pose(robot.neutral))
+    planner.step(robot.neutral, None, target)
+    assert planner.stopped_because == "a joint swings freely, and nothing of the task can be kept"
+    planner.stop()
+    for _ in range(50):  # the samples show that neither joint swings
+        assert planner.step(robot.neutral, None, target).status in (STOPPING, STOPPED)

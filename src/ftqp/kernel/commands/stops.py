@@ -16,6 +16,7 @@ from ftqp.kernel.layout.enums import (
     AS_STATED,
     NO_BRAKES,
     NOT_STOPPED,
+    STOPPED_BY_FREE_JOINT,
     STOPPED_BY_LAG,
     STOPPED_BY_OVERLOAD,
 )
@@ -25,8 +26,8 @@ from ftqp.kernel.monitor.servos import forget_servos
 
 @jit
 def stop(watch: Any, reason: int) -> None:
-    """Latch a stop; the reason of one that is latched stays."""
-    if watch.latched == 0:
+    """Latch a stop; the reason of one that is latched stays, unless that one ends by itself."""
+    if watch.latched == 0 or watch.reason == STOPPED_BY_FREE_JOINT:
         latch(watch, reason)
 
 

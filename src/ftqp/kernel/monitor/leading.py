@@ -147,9 +147,7 @@ def lead_joint(K: Any, i: int, bounded: bool) -> float:
     held_back = 0.0
     if bounded:
         now, room = seen_now(K, i), M.room[i]
-        if (
-            M.names and M.G_lock[i] > M.level and may_stick(K, i)
-        ):  # friction may hold it, and it is asked for more
+        if M.names and M.G_lock[i] > M.level and may_stick(K, i):  # friction may hold it: it is asked for all
             want = now + (room if M.r[i] > 0.0 else -room)
         if want > now + room:
             want = max(now + room, min(last, want))
