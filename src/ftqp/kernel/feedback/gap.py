@@ -100,7 +100,7 @@ def measure_gap(K: Any) -> None:
 @rare_jit
 def stand_by(feedback: Any) -> None:
     """The whole arm is held: there is no gap to be closed, nobody's patience ends, and the path stands."""
-    feedback.gap = feedback.gap_filtered = feedback.waited = 0.0
+    feedback.gap = feedback.gap_filtered = 0.0
     feedback.rate = feedback.rate_change = 0.0
     feedback.far = 0
 

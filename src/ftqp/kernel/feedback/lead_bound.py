@@ -61,11 +61,8 @@ def _end(K: Any, then: int, i: int) -> tuple[float, float]:
     state, limits, dt, v = K.state, K.limits, K.state.dt, K.state.v[i]
     ahead, most = _room(K, then, i)
     way = 1.0 if ahead > 0.0 else -1.0
-    if (
-        way * v <= 0.0
-        and K.monitor.on
-        and most - abs(ahead) <= GEAR + 4.0 * sqrt(noise_of(K, i) / K.monitor.every)
-    ):
+    rests = K.monitor.on and way * v <= 0.0
+    if rests and most - abs(ahead) <= GEAR + 4.0 * sqrt(noise_of(K, i) / K.monitor.every):
         return way, -way * v / dt if state.level == ACCELERATION else 0.0
     way = 1.0 if v > 0.0 else -1.0
     room, v, own = most - way * ahead, abs(v), way * K.feedback.v_hat[i]
@@ -94,11 +91,13 @@ def keep_near(K: Any) -> None:
     then, ways, ends, behind = slot(feedback, feedback.latency), K.scratch.joints, K.scratch.impulse, 0
     for k in range(faults.working):
         i = faults.order[k]
-        ways[i], ends[i] = _end(K, then, i)
-        behind += 1 if ways[i] != 0.0 and K.chain.lead[i] == i else 0
+        ways[i], ends[i] = _end(K, then, i) if K.chain.lead[i] == i else (0.0, 0.0)
+        behind += 1 if ways[i] != 0.0 else 0
     if behind < (1 if K.monitor.on else min(2, faults.working)):
         return
     for k in range(faults.working):
         i = faults.order[k]
-        if ways[i] != 0.0 and K.chain.lead[i] == i:
-            narrow(K.qp, i, -inf if ways[i] > 0.0 else -ends[i], ends[i] if ways[i] > 0.0 else inf)
+        if ways[i] > 0.0:
+            narrow(K.qp, i, -inf, ends[i])
+        elif ways[i] < 0.0:
+            narrow(K.qp, i, -ends[i], inf)

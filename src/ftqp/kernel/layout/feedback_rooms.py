@@ -50,7 +50,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     patience  f8
     failed_noise felt_noise missing_noise  f8  what observers make of the noise of samples, whose unit is 1
     tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed  f8
-    waited spent_elsewhere  f8
+    spent_elsewhere  f8
     time_error  f8  by how much samples were late or early at most, those of all joints alike [s]
     speed_margin  f8  share of the speed limits that is left to servos
     silent unheard  f8  for how long no sensor has said anything new, with this tick and before it [s]
@@ -179,7 +179,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     place tell  f8[N]  where it stood then, and by how much more it is asked for
     used  f8[N,SERVO]  what of it leads the command, which follows what is known slowly
     stated_lead droop  f8[N]  lag that was stated [s], and by how much a joint that stands is led
-    unsure rotor  f8[N]  variance of what leads a command, and sqrt(``m``) as large as it may be [s]
+    unsure response  f8[N]  variance of what leads a command, and the longest time a servo may take to follow [s]
     room  f8[N]  how far ahead of a joint its command may be
     phi gain  f8[SERVO]  memory
 learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.

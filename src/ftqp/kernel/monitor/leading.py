@@ -54,7 +54,7 @@ def aim(K: Any, i: int) -> None:
     phi[0], phi[1], phi[2] = K.state.v_command[i], K.state.a_command[i], 0.0
     phi[3], phi[4], phi[5] = 1.0, g, 0.0
     M.unsure[i] = variance(P, phi, 0)
-    M.rotor[i] = max(sqrt(max(theta[1], 0.0) + sqrt(P[1, 1])), theta[0] + sqrt(P[0, 0]))
+    M.response[i] = max(sqrt(max(theta[1], 0.0) + sqrt(P[1, 1])), theta[0] + sqrt(P[0, 0]))
     M.droop[i] = certain(M.used[i, 3] + M.used[i, 4] * g, P[3, 3] + 2.0 * g * P[3, 4] + g * g * P[4, 4])
     top = min(K.limits.v_max[i], UNLIMITED)
     speed = min(top, max(abs(K.state.v_command[i]), M.peak_v[i]) + CATCHES_UP * top)
@@ -80,7 +80,7 @@ def speed_up_gently(K: Any) -> None:
         return
     for k in range(K.faults.working):
         i = K.faults.order[k]
-        v, slow = state.v[i], M.rotor[i]
+        v, slow = state.v[i], M.response[i]
         left = max((1.0 - K.feedback.speed_margin) * limits.v_max[i] - abs(v), 0.0)
         if left >= limits.a_max[i] * slow:
             continue

@@ -86,7 +86,7 @@ def forget_servos(K: Any) -> None:
             M.found[i] = 0
         M.missed[i] = M.sharp[i] = UNSURE
         M.tail[i] = M.way[i] = 0.0
-        M.droop[i] = M.unsure[i] = M.rotor[i] = 0.0
+        M.droop[i] = M.unsure[i] = M.response[i] = 0.0
         M.blind[i] = 0
         for r in range(SERVO):
             M.theta[i, r] = M.used[i, r] = M.stated[i, r]

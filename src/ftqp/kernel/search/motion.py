@@ -45,7 +45,8 @@ from ftqp.kernel.search.looks import (
     pose_arm,
     proven,
 )
-from ftqp.kernel.search.trees import add_node, follow_line, gap, grow, is_in_tube, shorten
+from ftqp.kernel.search.poses import is_in_tube
+from ftqp.kernel.search.trees import add_node, follow_line, gap, grow, shorten
 
 ROUND = 0.35
 """Corners are cut from so far away at most [rad or m]. A guess."""
