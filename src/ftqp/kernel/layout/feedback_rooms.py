@@ -179,7 +179,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     place tell  f8[N]  where it stood then, and by how much more it is asked for
     used  f8[N,SERVO]  what of it leads the command, which follows what is known slowly
     stated_lead droop  f8[N]  lag that was stated [s], and by how much a joint that stands is led
-    unsure response  f8[N]  variance of what leads a command, and the longest time a servo may take to follow [s]
+    unsure response  f8[N]  variance of what leads a command, and how long a servo may take to follow [s]
     room  f8[N]  how far ahead of a joint its command may be
     phi gain  f8[SERVO]  memory
 learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.
