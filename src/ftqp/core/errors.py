@@ -108,9 +108,15 @@ class MissingPackage(FtqpError, ImportError):
         super().__init__(f"{what} needs the package {package!r}, which is not installed; {remedy}")
 
 
+SAME_THING = {"solver": "backend", "objective": "scheme", "obstacles": "scene", "rate": "dt", "ee": "tip"}
+"""What others call our options: word to name."""
+
+
 def nearest(got: str, valid: Iterable[str]) -> str:
     """`` (did you mean 'x'?)`` for the valid name closest to ``got``, or nothing when none is close."""
-    close = get_close_matches(got, list(valid), n=1, cutoff=0.5)
+    names = list(valid)
+    same = SAME_THING.get(got)
+    close = [same] if same in names else get_close_matches(got, names, n=1, cutoff=0.5)
     return f" (did you mean {close[0]!r}?)" if close else ""
 
 

@@ -39,6 +39,7 @@ SENTENCES: list[tuple[dict[str, Any], str]] = [
         {"planner": {"level": "velocty"}},
         "planner.level is 'velocty', expected one of acceleration, velocity (did you mean 'velocity'?)",
     ),
+    ({"planner": {"solver": "daqp"}}, "planner.solver is not a key of [planner] (did you mean 'backend'?)"),
     (
         {"faults": [LOCK | {"announced": "nevr"}]},
         "faults[0].announced is 'nevr'; it is when it is reported",

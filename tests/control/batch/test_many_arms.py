@@ -311,6 +311,17 @@ def test_starts_in_degrees_are_noticed_and_a_share_is_of_a_status(study, caplog)
     assert "arm 0 starts with panda_joint2 at -45, beyond its range" in caplog.text
 
 
+def test_a_fault_after_the_end_is_said(study, caplog):
+    planner, targets, q = study
+    joint, faults = planner.robot.joints[3], [None] * len(q)
+    faults[0] = (ftqp.Locked(joint), len(targets) - 1)
+    ftqp.batch.rollout(planner, q, targets=targets, faults=faults)
+    assert "never reached" not in caplog.text
+    faults[1] = (ftqp.Locked(joint), len(targets))
+    ftqp.batch.rollout(planner, q, targets=targets, faults=faults)
+    assert f"1 of 2 faults are reported at tick {len(targets)} or later" in caplog.text
+
+
 def test_planners_that_are_not_compiled_as_a_whole_are_refused(study):
     planner, targets, q = study
     for settings, sentence in (

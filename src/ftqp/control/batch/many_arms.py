@@ -208,8 +208,8 @@ def rollout(
         v: Start velocities, (B, nv) or (nv,); None is rest.
         targets: Where the end effector should be at each tick, the same for every arm.
         faults: What is reported to each arm, one entry an arm: ``None``, a fault (at tick 0), ``(fault,
-            tick)``, or a list of those. A tick after the end is never reached. None spares every arm. With
-            one start for all arms there are as many arms as entries.
+            tick)``, or a list of those. A tick after the end is never reached; the log says so. None spares
+            every arm. With one start for all arms there are as many arms as entries.
         every: After how many ticks q is kept in ``trace``; None keeps none.
         threads: How many threads of the CPU share the arms out, >= 1; None is all cores. The result is the
             same with any number.
@@ -244,6 +244,13 @@ def rollout(
     step = whole("every", every) if every is not None else 0
     look_at_memory(memory(planner, arms, ticks, step), arms)
     own = OwnFaults(faults, arms, planner.robot, what_ifs)
+    if late := int(np.sum(own.events[: own.starts[-1], 0] >= ticks)):
+        _LOG.warning(
+            "%d of %d faults are reported at tick %d or later, which is never reached",
+            late,
+            own.starts[-1],
+            ticks,
+        )
     workers = thread_count() if threads is None else whole("threads", threads)
     result = _empty(starts, speeds, ticks, step)
     finite = np.isfinite(starts).all(axis=1) & np.isfinite(speeds).all(axis=1)

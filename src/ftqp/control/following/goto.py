@@ -97,8 +97,8 @@ class GoTo:
     def __init__(
         self,
         planner: Planner,
-        *,
         pose: Any = None,
+        *,
         q: Any = None,
         way: WayOut | None = None,
         limits: TipLimits | None = None,
@@ -127,6 +127,10 @@ class GoTo:
         self._to_posture = pose is None
         if task is not None and pose is None:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
+        if np.ndim(pose) == 1:
+            raise InputError(
+                "pose is a list of numbers, expected (4, 4); places of all joints are given as q=..."
+            )
         if pose is not None:
             self._pose = frozen(checked_pose(pose, "pose"))
             if said := in_millimetres(planner.robot, self._pose[:3, 3]):

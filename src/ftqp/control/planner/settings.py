@@ -36,7 +36,7 @@ from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
-from ftqp.core.errors import InputError, ModelError, nearest
+from ftqp.core.errors import InputError, ModelError, nearest, unknown
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.kernel.layout.enums import JOINTS, Level
 from ftqp.model.limits import within_branch
@@ -148,10 +148,14 @@ def takes(
     """Makes a constructor of what a function has made of its arguments one of those arguments."""
 
     def with_options(make: Callable[[Any, S], None]) -> Callable[Concatenate[Any, P], None]:
+        me, given = Parameter("self", Parameter.POSITIONAL_OR_KEYWORD), signature(options)
+
         def begin(self: Any, /, *args: P.args, **kwargs: P.kwargs) -> None:
+            for name in kwargs:
+                if name not in given.parameters:
+                    raise unknown("keyword", name, f"ftqp.{type(self).__name__}", given.parameters)
             make(self, options(*args, **kwargs))
 
-        me, given = Parameter("self", Parameter.POSITIONAL_OR_KEYWORD), signature(options)
         asked: Any = update_wrapper(begin, make)
         asked.__signature__ = given.replace(
             parameters=[me, *given.parameters.values()], return_annotation=None

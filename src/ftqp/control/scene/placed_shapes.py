@@ -186,7 +186,7 @@ class Scene(Mapping[str, Placed]):
             InputError: This is no shape, the name is taken, or there is no more room.
         """
         if not (isinstance(name, str) and name):
-            raise InputError(f"name is {name!r:.60}, expected a word such as 'table'")
+            raise InputError(f"name is {name!r:.60}, expected a word: add('table', {EXAMPLE})")
         if not isinstance(shape, Shape):
             raise InputError(f"{name} is {type(shape).__name__}, expected a shape such as {EXAMPLE}")
         if isinstance(shape, Capsule) and shape.frame is not None:
