@@ -14,9 +14,9 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE, VIABILITY
+from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE, VIABILITY
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import LONGEST, MOST_SHIFT, UNLIMITED
+from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.servos import block_time, may_stick, noise_of, variance
 from ftqp.kernel.rows.joint_intervals import narrow
@@ -114,6 +114,8 @@ def blend(K: Any) -> None:
 def way_of(K: Any, i: int) -> float:
     """How far what is sent to joint i may go in this tick: as fast as the joint may be, and not at once."""
     top, v = min(K.limits.v_max[i], UNLIMITED), max(abs(K.state.v_command[i]), abs(K.gate.v[i]))
+    if K.cascade.outcome == STOPPED:  # it stands
+        return float(K.state.dt * max(AT_REST * top, v))
     ahead = min(max(K.monitor.used[i, 0], K.monitor.stated_lead[i]), LONGEST) if K.monitor.sees else LONGEST
     return float(K.state.dt * max(min(v + CATCHES_UP * top + ahead * abs(K.state.a_command[i]), top), v))
 
