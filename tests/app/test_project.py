@@ -1,7 +1,5 @@
 """What the project's files promise: versions that agree, extras that the messages name."""
 
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -27,10 +25,3 @@ def test_version_is_the_same_everywhere() -> None:
 def test_extras_are_those_that_messages_name(project: dict[str, Any]) -> None:
     extras = set(project["project"]["optional-dependencies"])
     assert extras == {"viz", "sim", "robots", "ros", "solvers", "build", "distributed", "docs", "dev"}
-
-
-def test_importing_ftqp_loads_neither_pinocchio_nor_numba_nor_pydantic() -> None:
-    heavy = ("pinocchio", "numba", "pydantic", "scipy", "rich")
-    code = f"import ftqp, sys; print([name for name in {heavy} if name in sys.modules])"
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert result.stdout == "[]\n"
