@@ -105,16 +105,6 @@ def test_others_hold_still_where_an_impact_would_harm_nobody():
     assert [step.status for step in run.steps].index(S.STOPPED) * DT < 0.1
 
 
-@pytest.mark.long
-def test_repaired_joint_lets_the_task_go_on():
-    run = Run(4, 1.0, damping=0.5)
-    run.planner.withdraw(4)
-    run.plant._faults.clear()
-    for _ in range(2500):
-        step = run.tick()
-    assert step.status is S.OK and step.rows == run.planner.task_rows and step.notice is None
-
-
 def test_two_free_joints_leave_the_others_only_to_brake():
     run = Run(4, 0.3, damping=0.5)
     run.planner.report(ftqp.FreeSwinging(1))
@@ -328,24 +318,6 @@ def test_two_joints_that_friction_holds_stop_nobody():
         step = planner.step(q + 1e-6 * rng.standard_normal(7), None, target)
         q = np.where(np.isin(np.arange(7), (2, 4)), q, step.q)
     assert planner.stopped_because is None and step.position_error < 5e-3
-
-
-def test_path_goes_on_beside_a_joint_that_friction_holds():
-    robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, DT, task=ftqp.Task(mode="scaled"))
-    q = robot.neutral.copy()
-    path = ftqp.paths.Circle(robot.pose(q), 0.05, duration=2.0)
-    follower = ftqp.PathFollower(planner, path)
-    follower.reset(q)
-    rng, progress = np.random.default_rng(0), []
-    for k in range(900):
-        if k == 300:
-            planner.report(ftqp.FreeSwinging(WRIST))
-        step = follower.step(q + 1e-6 * rng.standard_normal(7), None)
-        progress.append(follower.progress)
-        q = np.where(np.arange(7) == WRIST, q if k >= 300 else step.q, step.q)
-    assert np.diff(progress).min() > 0.0 and progress[-1] > progress[299] + 0.2
-    assert planner.stopped_because is None
 
 
 def _said(drive, joint, *, reported_at=None):

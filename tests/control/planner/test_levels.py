@@ -27,7 +27,7 @@ def first_command(level, scheme, mode, seed, tasks):
     T = PANDA.pose(q)
     T[:3, 3] += 1e-7 * rng.normal(size=3)
     step = planner.step(q, v, ftqp.Target(pose=T))
-    return (step.v if level == "velocity" else step.a).copy(), planner._session.K
+    return (step.v if level == "velocity" else step.a).copy(), planner.session().K
 
 
 @pytest.mark.parametrize(("mode", "scheme"), [("slack", "mvn"), ("lexicographic", "mke"), ("slack", "dlsm")])

@@ -1,13 +1,11 @@
 """What a planner is told happens as a whole or not at all, whatever line an exception comes at."""
 
 import itertools
-import signal
 import threading
-import time
 
 import numpy as np
 import pytest
-from tests.interrupted import Interrupt, interrupted
+from tests.interrupted import interrupted
 
 import ftqp
 from ftqp.control.planner.planner_view import JointState
@@ -162,37 +160,6 @@ def test_a_change_inside_another_one_at_any_line_leaves_belief_and_kernel_at_one
         if not met:
             break
     assert line > 20
-
-
-@pytest.mark.parametrize("times", [100, pytest.param(4000, marks=pytest.mark.slow)])
-def test_real_signals_leave_belief_and_kernel_at_one(times):
-    def raises(*_):
-        raise Interrupt
-
-    ride, random, cut = Ride("detector"), np.random.default_rng(5), 0
-    before = signal.signal(signal.SIGALRM, raises)
-    try:
-        for k in range(times):
-            joint = int(random.integers(7))
-            try:
-                signal.setitimer(signal.ITIMER_REAL, float(random.uniform(2e-5, 6e-4)))
-                if k % 2:
-                    ride.planner.report(
-                        ftqp.Locked(joint) if k % 4 == 1 else ftqp.Degraded(joint, torque=0.8)
-                    )
-                else:
-                    ride.planner.withdraw(joint)
-                ride.planner.step(ride.q, None, ride.target)
-                while True:
-                    time.sleep(1e-4)
-            except Interrupt:
-                cut += 1
-            assert agreement(ride.planner) == [], "without another call"
-            ride.step()
-            assert agreement(ride.planner) == []
-    finally:
-        signal.signal(signal.SIGALRM, before)
-    assert cut == times
 
 
 @pytest.mark.parametrize("what", [float("nan"), 12.0, "x"])

@@ -202,11 +202,6 @@ def test_a_task_without_a_target_may_stand_beside_n_minus_one():
     assert planner.step(panda.neutral, None, target).status is ftqp.StepStatus.OK
 
 
-def test_a_place_beyond_the_limits_is_refused():
-    with pytest.raises(InputError, match="left_joint3 of JointTask is 9, expected a place within its limits"):
-        planner_of(ftqp.JointTask({"left_joint3": 9.0}))
-
-
 def test_a_weight_that_says_nothing_is_refused():
     planner, _ = planner_of(ftqp.RelativeTask(RIGHT, LEFT, level=0, name="grip"))
     with pytest.raises(ftqp.InputError, match="weight of grip is 5, but a task of level 0 is an equation"):
