@@ -76,38 +76,6 @@ def test_continuous_joints_may_be_given_by_cosine_and_sine(joints):
         assert relative(*by) < 1e-12
 
 
-def test_jacobian_is_the_derivative_of_the_pose():
-    rng = np.random.default_rng(5)
-    robot, eps = random_robot(rng, 12), 1e-6
-    arm = arm_of(robot)
-    q, _, v = configuration(rng, robot)
-    arm.kinematics(q, v)
-    J = arm.K.kinematics.J[:, :12].copy()
-    for i in range(12):
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = q.copy()
-            moved[i] += sign * eps
-            arm.kinematics(moved, v)
-            ends.append(pose(arm))
-        turn = pin.log3(ends[0][:3, :3] @ ends[1][:3, :3].T)
-        column = np.concatenate([ends[0][:3, 3] - ends[1][:3, 3], turn]) / (2.0 * eps)
-        assert np.abs(column - J[:, i]).max() < 1e-8
-
-
-def test_drift_is_the_derivative_of_the_jacobian_along_the_motion():
-    rng = np.random.default_rng(6)
-    robot, eps = random_robot(rng, 12), 1e-6
-    arm = arm_of(robot)
-    q, _, v = configuration(rng, robot)
-    arm.kinematics(q, v)
-    drift, twists = arm.K.kinematics.drift.copy(), []
-    for sign in (1.0, -1.0):
-        arm.kinematics(q + sign * eps * v, v)
-        twists.append(arm.K.kinematics.J[:, :12] @ v)
-    assert np.abs((twists[0] - twists[1]) / (2.0 * eps) - drift).max() < 1e-6
-
-
 @pytest.mark.parametrize("held", [[], [2], [0, 5]])
 def test_rotor_inertia_stands_on_the_diagonal_as_in_pinocchio(held):
     rng = np.random.default_rng(11)
@@ -124,24 +92,6 @@ def test_rotor_inertia_stands_on_the_diagonal_as_in_pinocchio(held):
     upper = np.triu(pin.crba(robot.model, robot.model.createData(), q))
     assert np.abs(M - upper - np.triu(upper, 1).T).max() < 1e-12 * np.abs(M).max()
     assert np.array_equal(arm.K.kinematics.h, bare_arm.K.kinematics.h)
-
-
-def test_bias_torque_loses_no_power_to_coriolis_forces():
-    """v'(Mdot v - 2 (h - h_gravity)) = 0, with Mdot by finite differences."""
-    rng = np.random.default_rng(7)
-    robot, eps = random_robot(rng, 10), 1e-6
-    arm = arm_of(robot)
-    q, _, v = configuration(rng, robot)
-    arm.dynamics(q, np.zeros(10))
-    gravity = arm.K.kinematics.h[:10].copy()
-    arm.dynamics(q, v)
-    coriolis, M = arm.K.kinematics.h[:10] - gravity, []
-    for sign in (1.0, -1.0):
-        arm.dynamics(q + sign * eps * v, v)
-        M.append(arm.K.kinematics.M[:10, :10].copy())
-    power = v @ (M[0] - M[1]) @ v / (2.0 * eps)
-    assert abs(power) > 1.0
-    assert abs(power - 2.0 * v @ coriolis) < 1e-6 * abs(power)
 
 
 def test_viscous_friction_is_a_part_of_the_bias_and_coulomb_friction_is_not():

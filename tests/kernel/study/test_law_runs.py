@@ -8,7 +8,6 @@ from studies import unit_arm
 import ftqp
 from ftqp.analysis import outcome, point_to_point
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.kernel.entry.law_study import LawStudy
 from ftqp.kernel.layout.enums import Ending
 
@@ -149,13 +148,6 @@ def test_a_motion_that_is_followed_is_on_record_as_a_general_integrator_has_it(s
     assert 25 <= len(few.t) <= 50 and np.isin(few.t, run.t).all() and np.array_equal(few.q, run.q)
 
 
-def test_creeping_along_a_nearly_singular_curve_ends_at_the_goal():
-    study = study_of((1.0, 1.0, 1.0), (1.5, 1.5))
-    starts = np.deg2rad([[-153.985, -0.01, 87.875], [-54.028, 0.354, -155.163], [-154.43, -1.153, 163.427]])
-    endings, _, facts = study.runs(starts, np.full(3, 2))
-    assert (endings == Ending.CORRECT).all() and (facts[:, 2] > 400).all()
-
-
 @pytest.mark.parametrize("rows", ["pose", "position"])
 def test_runs_of_an_arm_in_space_end_where_the_motion_in_real_time_is_late(panda, rows):
     study, _, goal = panda_study(panda, rows)
@@ -173,40 +165,6 @@ def test_runs_of_an_arm_in_space_end_where_the_motion_in_real_time_is_late(panda
         )  # fmt: skip
         assert late.errors[-1] == pytest.approx(found.error, abs=2e-3)
         assert ends[k, locked[k]] == starts[k, locked[k]]
-
-
-@pytest.mark.parametrize(
-    ("rows", "ending", "least"), [("position", Ending.ERRONEOUS, 10), ("pose", Ending.SINGULAR, 5)]
-)
-def test_curves_of_rests_and_singular_ends_of_an_arm_in_space_are_what_they_are_said_to_be(
-    panda, rows, ending, least
-):
-    study, found, _ = panda_study(panda, rows)
-    rng = np.random.default_rng(3)
-    starts, locked = panda[0].neutral + 0.8 * rng.normal(size=(500, 7)), rng.integers(0, 7, 500)
-    endings, ends, _ = study.runs(starts, 1 << locked)
-    assert (endings == Ending.UNRESOLVED).mean() < 0.06
-    such = np.flatnonzero(endings == ending)
-    assert len(such) >= least
-    for k in such:
-        rule = UnawareLaw(found, np.eye(7), (locked[k],))
-        sigma = np.linalg.svd(rule.values(ends[k])[1], compute_uv=False)
-        if ending == Ending.SINGULAR:
-            assert sigma[-1] < 1e-4 * sigma[0]
-        else:
-            assert np.linalg.norm(rule.rates(ends[k])[0]) < 1e-6 and rule.sizes(ends[k]) > 1e-6
-
-
-@pytest.mark.parametrize(
-    ("goal", "which", "ending"),
-    [((3.8, 0.5), 0, Ending.CORRECT), ((3.8, 0.5), 1, Ending.ERRONEOUS), ((5.0, 0.5), 8, Ending.SINGULAR)],
-)
-def test_four_links_end_at_the_goal_on_a_curve_of_rests_or_stretched(goal, which, ending):
-    rng = np.random.default_rng(6)
-    starts, locked = rng.uniform(-np.pi, np.pi, (200, 4)), rng.integers(0, 4, 200)
-    study = LawStudy(goal_study(unit_arm(4), np.array(goal), "position").free, np.eye(4), 1.0)
-    endings, _, _ = study.runs(starts[[which]], 1 << locked[[which]])
-    assert endings[0] == ending
 
 
 def test_planar_and_spatial_kinematics_give_the_same_runs():
