@@ -8,7 +8,6 @@ import sys
 import tomllib
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
@@ -90,11 +89,6 @@ def test_first_step_loads_the_arm_and_the_compiled_kernel_and_no_scipy():
     assert python(code) == "[]"
 
 
-def test_star_import_gives_the_exported_names():
-    names = python("from ftqp import *; print(sorted(n for n in dir() if not n.startswith('_')))")
-    assert names == str(sorted(n for n in ftqp.__all__ if not n.startswith("_")))
-
-
 FIXED = ("__init__.py", "__main__.py")
 """Names that Python gives to files."""
 
@@ -142,17 +136,17 @@ def test_the_recipe_needs_what_the_project_needs():
 
 
 @pytest.fixture(scope="module")
-def project() -> dict[str, Any]:
+def project():
     """The file pyproject.toml."""
     return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
-def test_version_is_the_same_everywhere() -> None:
+def test_version_is_the_same_everywhere():
     assert f"\nversion: {ftqp.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\n## {ftqp.__version__}\n" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
-def test_extras_are_those_that_messages_name(project: dict[str, Any]) -> None:
+def test_extras_are_those_that_messages_name(project):
     extras = set(project["project"]["optional-dependencies"])
     assert extras == {"viz", "sim", "robots", "ros", "solvers", "build", "distributed", "docs", "dev"}
 

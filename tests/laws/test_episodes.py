@@ -10,8 +10,6 @@ from tests.witness import Witness
 
 import ftqp
 from ftqp.app.output.words import fault_sentence
-from ftqp.checker.checked_run import verdict
-from ftqp.checker.model_file import ModelFile
 from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.metrics import summary
 from ftqp.viz.figures.run_figures import save_figures
@@ -25,18 +23,11 @@ GROUPS = range((EPISODES + GROUP - 1) // GROUP)
 @pytest.mark.parametrize(
     "group", [k if k < QUICK else pytest.param(k, marks=pytest.mark.slow) for k in GROUPS]
 )
-def test_every_law_holds_in_random_episodes(group: int) -> None:
-    arms: dict[str, ModelFile] = {}
+def test_every_law_holds_in_random_episodes(group):
     for seed in range(group * GROUP, min((group + 1) * GROUP, EPISODES)):
         episode = run(seed, everything=group >= 5)
-        assert not episode.broken, f"seed {seed}: {episode.description}: {episode.broken}"
-        assert episode.ticks == sum(episode.statuses.values())
-        robot = episode.robot
-        if robot.name not in arms:
-            arms[robot.name] = ModelFile.read(robot.to_urdf(), robot.tip, gravity=robot.chain.gravity)
-        seen = verdict(arms[robot.name], episode.trace)
-        breaches = [str(x) for x in seen.breaches]
-        assert not breaches, f"seed {seed}: {breaches}"
+        found = [str(breach) for breach in episode.breaches]
+        assert not found, f"seed {seed}: {episode.description}: {found}"
 
 
 DT = 2e-3
