@@ -17,7 +17,6 @@ from ftqp.model import catalog
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation
-from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.schedule import FaultEvent, Schedule, first_tick
 
 DT = 2e-3
@@ -59,19 +58,6 @@ def test_free_swinging_joint_of_a_planner_told_at_once_moves_as_commanded(panda,
     assert plant.differs.max() == 0.0
 
 
-def test_tip_follows_the_path_through_a_locked_joint(panda, path, tmp_path):
-    schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"))])
-    planner = Planner(panda, dt=DT)
-    Simulation(planner, path, q=panda.neutral, schedule=schedule, log=tmp_path / "log.npy").run()
-    result = summary(load_log(tmp_path))
-    assert result["completed"]
-    assert result["max_position_error"] < 2e-4
-    assert result["max_limit_violation"] == {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
-    assert result["max_failed_joint_motion"] == {"panda_joint3": 0.0}
-    assert result["qp"]["failures"] == 0
-    assert result["scheme"] == "mvn"
-
-
 def test_log_shows_the_interval_of_the_locked_joint_closed(panda, path, tmp_path):
     schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"))])
     Simulation(
@@ -84,18 +70,6 @@ def test_log_shows_the_interval_of_the_locked_joint_closed(panda, path, tmp_path
     np.testing.assert_array_equal(log["ub.panda_joint3"][rest], 0.0)
     np.testing.assert_array_equal(log["tau.panda_joint3"][rest], 0.0)
     assert (log["tau_brake.panda_joint3"][rest] != 0.0).all()
-
-
-def test_fault_that_is_never_told_shows_in_the_error(panda, path):
-    results = {}
-    for announced in (None, "never"):
-        plant = KinematicPlant(panda, DT)
-        planner = Planner(panda, dt=DT, emergency=None, detector=False)
-        schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"), announced)])
-        Simulation(planner, path, q=panda.neutral, schedule=schedule, plant=plant).run()
-        results[announced] = np.linalg.norm((panda.pose(plant.q) - path.sample(path.duration).pose[0])[:3, 3])
-    assert results[None] < 1e-4
-    assert results["never"] > 1e-3
 
 
 def test_planner_forgets_between_runs_what_this_simulation_told_it(panda, path):

@@ -6,7 +6,6 @@ from scipy.integrate import solve_ivp
 from studies import unit_arm
 
 import ftqp
-from ftqp.analysis import outcome, point_to_point
 from ftqp.analysis.goals import goal_study
 from ftqp.kernel.entry.law_study import LawStudy
 from ftqp.kernel.layout.enums import Ending
@@ -46,13 +45,6 @@ def study():
 def panda():
     robot = ftqp.robots.load("panda")
     return robot, robot.pose(robot.neutral + 0.3 * np.array([1, -1, 0.5, 0.3, 0.2, 0.5, 1]))
-
-
-def panda_study(panda, rows):
-    robot, T = panda
-    goal = T if rows == "pose" else T[:3, 3]
-    found = goal_study(robot, goal, rows)
-    return LawStudy(found.free, np.eye(7), 6.0 * robot.length / 7), found, goal
 
 
 def test_ends_are_those_of_a_general_integrator_in_real_time(study):
@@ -146,25 +138,6 @@ def test_a_motion_that_is_followed_is_on_record_as_a_general_integrator_has_it(s
     assert run.errors == pytest.approx(np.abs(tips - complex(*GOAL)), abs=1e-12)
     assert run.way == pytest.approx(np.linalg.norm(np.diff(run.path, axis=0), axis=1).sum(), rel=1e-6)
     assert 25 <= len(few.t) <= 50 and np.isin(few.t, run.t).all() and np.array_equal(few.q, run.q)
-
-
-@pytest.mark.parametrize("rows", ["pose", "position"])
-def test_runs_of_an_arm_in_space_end_where_the_motion_in_real_time_is_late(panda, rows):
-    study, _, goal = panda_study(panda, rows)
-    robot = panda[0]
-    rng = np.random.default_rng(0)
-    starts, locked = robot.neutral + 0.6 * rng.normal(size=(24, 7)), rng.integers(0, 7, 24)
-    endings, ends, _ = study.runs(starts, 1 << locked)
-    assert (endings == Ending.UNRESOLVED).mean() < 0.05
-    for k in np.flatnonzero(endings <= Ending.ERRONEOUS)[:8]:
-        found = outcome(robot, goal, starts[k], int(locked[k]), rows=rows)
-        assert found.kind == Ending(int(endings[k])).name.lower()
-        late = point_to_point(
-            robot, goal, starts[k], duration=12.0 / max(found.rate, 0.05), locked=int(locked[k]), rows=rows,
-            samples=1,
-        )  # fmt: skip
-        assert late.errors[-1] == pytest.approx(found.error, abs=2e-3)
-        assert ends[k, locked[k]] == starts[k, locked[k]]
 
 
 def test_planar_and_spatial_kinematics_give_the_same_runs():
