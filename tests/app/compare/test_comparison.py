@@ -96,6 +96,8 @@ def test_a_backend_that_is_not_installed_says_why_and_the_rest_runs(short: Path,
     found = combinations([str(short)], backends="active_set,daqp", schemes=None)
     assert [c.setup is None for c in found] == [False, True]
     assert "pip install daqp" in found[1].reason
+    with pytest.raises(ScenarioError, match="pip install daqp"):
+        combinations([str(short)], backends="daqp", schemes=None)
 
 
 def test_a_combination_that_the_planner_refuses_is_left_out() -> None:

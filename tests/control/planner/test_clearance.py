@@ -165,6 +165,19 @@ def test_without_a_scene_nothing_is_kept_and_nothing_moves_otherwise():
         bare.distances(START)
 
 
+@pytest.mark.slow
+def test_more_pairs_than_there_is_room_for_are_refused_and_the_scene_stays_as_it_was():
+    planner = ftqp.Planner(PANDA, DT, scene=(around := ftqp.Scene()))
+    with pytest.raises(InputError, match="pairs of bodies would be watched"):
+        for k in range(64):
+            around.add(f"box {k}", ftqp.Box((0.1, 0.1, 0.1), (2.0, 0.1 * k, 0.0)))
+    there = len(around)
+    assert 20 < there < 64 and len(planner.distances(START)) > 20
+    around.remove("box 0")
+    around.add("again", ftqp.Sphere(0.1, (2.0, 0.0, 0.0)))
+    assert len(around) == there
+
+
 def test_the_pairs_are_told_and_left_out_by_name():
     planner = ftqp.Planner(PANDA, DT, scene=scene(floor=ftqp.HalfSpace((0.0, 0.0, -0.02))))
     per = planner.distances(START)

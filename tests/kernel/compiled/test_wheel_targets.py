@@ -7,6 +7,7 @@ import re
 import struct
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,15 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+def test_make_builds_two_classes_of_processors_or_the_usual_one_of_a_target() -> None:
+    def asked(*given: str) -> str:
+        command = ["make", "-n", "wheel", *given]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+
+    assert "FTQP_TARGET= FTQP_LEVELS=x86-64-v4,x86-64-v3 " in asked("LEVELS=x86-64-v4,x86-64-v3")
+    assert "FTQP_TARGET=aarch64-macos FTQP_LEVELS= " in asked("TARGET=aarch64-macos")
+
+
 @pytest.mark.slow
 def test_a_wheel_is_tagged_as_auditwheel_finds_it(wheel: Path) -> None:
     pytest.importorskip("auditwheel", reason='needs the extra "dev": pip install -e ".[dev]"')
@@ -99,3 +109,12 @@ def test_a_wheel_is_tagged_as_auditwheel_finds_it(wheel: Path) -> None:
     found = re.search(r'tag: "manylinux_2_(\d+)_(\w+)"', " ".join(done.stdout.split()))
     assert found is not None and int(found[1]) <= 17, done.stdout
     assert wheel.name.endswith(f"-py3-none-manylinux_2_17_{found[2]}.whl")
+
+
+@pytest.mark.slow
+def test_a_wheel_has_its_description_and_tables_and_is_small(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as held:
+        (name,) = (one for one in held.namelist() if one.endswith(".dist-info/METADATA"))
+        assert "Project-URL: Source, https://github.com/someone/ftqp\n" in held.read(name).decode()
+        assert "ftqp/vendors/tables/feetech.toml" in held.namelist()
+    assert wheel.stat().st_size < 10e6
