@@ -1,14 +1,18 @@
-"""Pages in a real browser: clicks reach the arm, what happens is seen, and no name is more than text."""
+"""Pages in a real browser: clicks reach the arm, and what happens is seen."""
 
 from threading import Event, Thread
 from time import monotonic, sleep
 
+import numpy as np
 import pytest
 from tests.viz.live.stepped_source import SteppedSource
+from tests.viz.live.still_source import StillSource
 
-from ftqp.sim.session.session_commands import Break
+import ftqp
+from ftqp.sim.session.session_commands import Break, Play, TakeWay
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.recording import recording
+from ftqp.viz.live.stage import HeatMap
 
 pytestmark = pytest.mark.slow
 PATIENCE = 120.0
@@ -125,6 +129,44 @@ def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page,
     now = tick(tab)
     shows(tab, f"+d.tick > {now}")
     press(tab, "repair", 6, "d.faults === ''")
+
+
+def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, page, tab):
+    tab.get_by_role("tab", name="Ways out").click()
+    insist(lambda: click(tab, "look", 0), lambda: "go home" in tab.inner_text("#ftqp-ways"))
+    ghosts = [name for name in page._server.scene._handle_from_node_name if "/ways/" in name]
+    assert len({name.split("/ways/")[1].split("/")[0] for name in ghosts}) >= 3
+    ways = source.session.frame.ways
+    number = [way.kind for way in ways].index("home")
+    source.orders.clear()
+    tab.get_by_role("button", name=f"{number + 1} home").click()
+    until(lambda: TakeWay(number) in source.orders)
+    until(lambda: not source.session.frame.ways)
+    until(lambda: not [name for name in page._server.scene._handle_from_node_name if "/ways/" in name])
+    insist(
+        tab.get_by_role("button", name="to path", exact=True).click,
+        lambda: "Back to the path" in source.frame().message,
+    )
+
+
+def test_a_click_on_the_map_of_failures_plays_one(opened):
+    robot = ftqp.robots.load("planar", lengths=(0.4, 0.3))
+    heat = HeatMap(
+        joints=robot.joints, times=np.arange(4.0), codes=np.array([[0, 0, 1, 1], [1, 0, 0, 0]]),
+        words={0: "survived", 1: "lost"}, colours={0: "#DCEFE6", 1: "#E69F00"}, coverage=5 / 8,
+    )  # fmt: skip
+    still = StillSource(robot, heat=heat)
+    with Page(still, port=0) as page:
+        tab = opened(page.url, size=(900, 420))
+        tab.wait_for_selector("#ftqp-status")
+        tab.get_by_role("tab", name="Failures").click()
+        tab.locator("#ftqp-failures").scroll_into_view_if_needed()
+        box = tab.locator("#ftqp-failures").bounding_box()
+        tab.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.25 * box["height"])
+        until(lambda: still.orders)
+        assert still.orders == [Play(robot.joints[0], 2.0)]
+        tab.wait_for_function("document.body.innerText.includes('locks at 2.00 s')")
+        tab.context.close()
 
 
 def test_a_recording_opens_from_a_file_with_the_network_off_and_asks_for_nothing(tmp_path, opened):
