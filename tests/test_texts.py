@@ -7,7 +7,6 @@ import io
 import pkgutil
 import re
 import tokenize
-import unicodedata
 from functools import cache
 from pathlib import Path
 from types import MemberDescriptorType
@@ -167,74 +166,6 @@ def test_every_source_that_is_cited_is_in_the_references():
     for file in (ROOT / "docs").rglob("*.md"):
         cited = set(re.findall(r"(?<=[\[ ])@(\w+)", file.read_text(encoding="utf-8")))
         assert cited <= known, f"{relative(file)}: {cited - known}"
-
-
-CITATION = re.compile(
-    r"((?:Del |Van )?[A-Z]\w+)(?:(?:, [A-Z]\w+)* and (?:Van )?[A-Z]\w+| et al\.)? ((?:19|20)\d\d)\b"
-)
-OTHER = "|".join(
-    (
-        "docs/",
-        "FreeBSD",
-        "https://",
-        "goel2005",
-        "none, a made-up arm",
-        "_description of",
-        "Franka Control Interface",
-    )
-)
-"""What a source may be beside a work: a page of ours, a program, an arm's published description."""
-PAGE = re.compile(r"(docs/[\w/-]+\.md)`{0,2}, \"([^\"]+)\"")
-
-
-def key_of(name, year):
-    """The key in references.bib of the first author's work of a year."""
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    return plain.replace(" ", "").lower() + year
-
-
-def sources_in(file):
-    """What a module's docstrings say after ``Source:``, each up to the end of its paragraph, in one line."""
-    for text in docstrings(ast.parse(file.read_text(encoding="utf-8"))):
-        for found in re.finditer(r"Source:(.+?)(?=\n\s*\n|\n\s*(?:Args|Returns|Raises):|\Z)", text, re.S):
-            yield " ".join(found[1].split())
-
-
-def unknown_works(text):
-    """What a text cites by author and year that is not in the references."""
-    known = references()
-    return [f"{name} {year}" for name, year in CITATION.findall(text) if key_of(name, year) not in known]
-
-
-def test_every_work_that_a_text_or_docstring_names_is_in_the_references():
-    files = [*TEXTS, *(ROOT / "src" / "ftqp").rglob("*.py")]
-    said = {file: words_of(file) if file.suffix == ".md" else docstrings_of(file) for file in files}
-    wrong = {relative(file): unknown_works(text) for file, text in said.items()}
-    assert not {file: works for file, works in wrong.items() if works}
-
-
-def docstrings_of(file):
-    return "\n\n".join(docstrings(ast.parse(file.read_text(encoding="utf-8"))))
-
-
-def test_a_work_that_is_not_in_the_references_is_found():
-    text = (
-        "Goel, Maciejewski and Balakrishnan 2005; Nobody et al. 1999; Luh, Walker and Paul 1980 (Noone 2001)."
-    )
-    assert unknown_works(text) == ["Nobody 1999", "Noone 2001"]
-
-
-def test_every_source_of_a_formula_is_a_work_or_a_heading_of_the_docs():
-    wrong = []
-    for file in (ROOT / "src" / "ftqp").rglob("*.py"):
-        for source in sources_in(file):
-            for page, heading in PAGE.findall(source):
-                headings = re.findall(r"^#+ (.*)$", (ROOT / page).read_text(encoding="utf-8"), re.M)
-                if not any(one.startswith(heading) for one in headings):
-                    wrong.append(f"{relative(file)}: {page} has no {heading}")
-            if not (CITATION.search(source) or re.search(OTHER, source)):
-                wrong.append(f"{relative(file)}: {source}")
-    assert not wrong
 
 
 def test_nothing_in_a_package_hides_a_module_of_its_name():

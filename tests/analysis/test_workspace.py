@@ -61,27 +61,6 @@ def test_measures_do_not_depend_on_the_size_of_the_arm(tasks):
         np.testing.assert_allclose(one[name], two[name], atol=0.5)
 
 
-def test_lines_are_those_of_the_least_rates(arm):
-    """Against an integration of v = J^+ (goal - tip) by scipy, which knows no correction."""
-    from scipy.integrate import solve_ivp
-
-    task = workspace_task(arm, GOAL, configurations=1, steps=4)
-    start = np.array([-1.38, 0.785, 0.7465])
-
-    def rates(s, q):
-        psi = np.cumsum(q)
-        p = np.cumsum(np.exp(1j * psi)[::-1])[::-1]
-        J = np.array([-p.imag, p.real])
-        return np.linalg.pinv(J) @ line
-
-    tip = np.exp(1j * np.cumsum(start)).sum()
-    line = np.array([GOAL[0] - tip.real, GOAL[1] - tip.imag])
-    expected = solve_ivp(rates, (0.0, 1.0), start, rtol=1e-11, atol=1e-11).y[:, -1]
-    box = [one.intervals for one in task.ranges]
-    _, _, q, _ = task.study().lines(start[None], 100, box, keep=True)
-    assert q[0, -1] == pytest.approx(expected, abs=1e-6)
-
-
 def test_failures_in_range_that_miss_the_goal_are_found():
     """A second link longer than the third puts sinks into the range."""
     odd = ftqp.robots.load("planar", lengths=(1, 1.2, 0.8), continuous=True)

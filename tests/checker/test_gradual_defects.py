@@ -1,12 +1,18 @@
-"""Defects that come little by little, planted into a sound run: each is found in both strictnesses."""
+"""Defects that are planted into the kernel, and alarms of detectors, are found by the checker."""
 
+import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.checker.panda_runs import ARM, ROBOT, trace_of
 
 import ftqp
+from ftqp.checker.alarms import Alarm, detection
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.trace import KINEMATIC, PHYSICS, Failure, Plane
 
@@ -230,3 +236,84 @@ def test_run_without_a_defect_breaks_no_law(sound, what, strict):
 def test_gradual_defect_is_found(sound, defect, strict):
     law, plant = DEFECTS[defect]
     assert law in verdict(ARM, plant(sound), strict).laws
+
+
+SHOWN_BY = {
+    "clamp off": "speed",
+    "a locked column kept": "tracking",
+    "viability off": "braking",
+    "status forced to OK": "honesty",
+}
+
+
+@pytest.fixture(scope="module")
+def found():
+    script = Path(__file__).with_name("planted_defects.py")
+    plain = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, env=plain, check=False)
+    assert ended.returncode == 0, ended.stderr[-2000:]
+    return json.loads(ended.stdout)
+
+
+@pytest.mark.parametrize("defect", SHOWN_BY)
+def test_planted_defect_is_found(found, defect):
+    assert SHOWN_BY[defect] in found[defect]["with"]
+
+
+@pytest.mark.parametrize("defect", SHOWN_BY)
+def test_planner_without_the_defect_is_found_innocent(found, defect):
+    assert found[defect]["without"] == []
+
+
+NEVER = float("inf")
+
+
+def alarm(joint, at, *kinds):
+    return Alarm(joint=joint, at=at, kinds=frozenset(kinds or ("locked",)))
+
+
+def lock(joint=2, since=1.0, reported_at=NEVER, kind="locked"):
+    return Failure(joint=joint, kind=kind, since=since, reported_at=reported_at)
+
+
+def test_failure_that_is_named_is_found_after_its_delay():
+    seen = detection([alarm(2, 1.25, "locked", "degraded")], [lock()], 4.0)
+    assert (seen.unannounced, seen.found, seen.right_kind) == (1, 1, 1)
+    assert seen.delay == 0.25 and seen.said == "degraded or locked"
+    assert seen.healthy == 1.0 and seen.false_alarms == seen.wrong_joint == 0
+
+
+def test_failure_showed_if_it_made_a_difference_or_was_found():
+    quiet, other = lock(), lock(joint=3)
+    assert detection([], [quiet], 4.0).showed == 0
+    assert detection([], [quiet, other], 4.0, [other]).showed == 1
+    assert detection([alarm(2, 1.25)], [quiet], 4.0).showed == 1
+    assert detection([], [lock(reported_at=2.0)], 4.0, [lock(reported_at=2.0)]).showed == 0
+
+
+def test_right_joint_with_another_kind_is_found_with_the_wrong_kind():
+    seen = detection([alarm(2, 1.1, "degraded")], [lock()], 4.0)
+    assert (seen.found, seen.right_kind) == (1, 0)
+    assert detection([alarm(2, 1.1, "free_swinging")], [lock(kind="free")], 4.0).right_kind == 1
+
+
+def test_alarm_while_nothing_has_failed_is_false_even_of_the_joint_that_fails_later():
+    seen = detection([alarm(2, 0.5), alarm(2, 1.5)], [lock()], 4.0)
+    assert (seen.false_alarms, seen.found, seen.wrong_joint) == (1, 1, 0)
+    assert detection([alarm(0, 3.0)], [], 4.0).false_alarms == 1
+    assert detection([], [], 4.0).healthy == 4.0
+
+
+def test_alarm_of_a_joint_that_works_after_a_failure_names_the_wrong_joint():
+    seen = detection([alarm(3, 1.2)], [lock()], 4.0)
+    assert (seen.found, seen.wrong_joint, seen.false_alarms) == (0, 1, 0)
+
+
+@pytest.mark.parametrize("alarms", [[], [alarm(2, 2.5)]])
+def test_failure_that_was_announced_first_is_nothing_to_find(alarms):
+    seen = detection(alarms, [lock(reported_at=2.0)], 4.0)
+    assert (seen.unannounced, seen.found, seen.wrong_joint) == (0, 0, 0)
+
+
+def test_failure_that_is_found_before_it_is_announced_counts():
+    assert detection([alarm(2, 1.5)], [lock(reported_at=2.0)], 4.0).found == 1

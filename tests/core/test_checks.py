@@ -1,8 +1,21 @@
-"""Checks of arrays and numbers refuse with one sentence and hand back fresh float64; errors and clocks."""
+"""What is no number, no pose, no archive and no installed package is refused in a sentence."""
+
+import io
+import json
+import re
+import tomllib
+import zipfile
+from importlib import metadata
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
+from ftqp.core import extras
 from ftqp.core.checks import array, is_number, non_negative, positive
 from ftqp.core.errors import (
     FtqpError,
@@ -12,6 +25,19 @@ from ftqp.core.errors import (
     ScenarioError,
     nearest,
     unknown,
+)
+from ftqp.core.extras import missing_library, remedy_for_extra
+from ftqp.core.npz import npz_arrays
+from ftqp.core.pose import (
+    pose,
+    quaternions,
+    rotated,
+    rotation_exp,
+    rotation_vectors,
+    rotation_x,
+    rotation_z,
+    skew,
+    transform,
 )
 
 
@@ -94,3 +120,157 @@ def test_unknown_name_is_told_the_valid_ones_and_the_nearest():
     assert (
         str(error) == "'elbowe' is not a joint of planar_3r (did you mean 'elbow'?); it has shoulder, elbow"
     )
+
+
+ROOT = Path(__file__).parents[2]
+
+
+def installed(monkeypatch: pytest.MonkeyPatch, folder: Path, origin: object) -> str:
+    """What is said where ftqp lies in site-packages, and pip noted its origin."""
+    monkeypatch.setattr(extras, "__file__", str(folder / "site-packages" / "ftqp" / "core" / "extras.py"))
+    about = folder / "ftqp-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: ftqp\nVersion: 1.0\n", encoding="utf-8")
+    if origin is not None:
+        (about / "direct_url.json").write_text(json.dumps(origin), encoding="utf-8")
+    monkeypatch.setattr(metadata, "distribution", lambda name: metadata.PathDistribution(about))
+    return remedy_for_extra("viz")
+
+
+def test_folder_that_pip_installed_from_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    clone = tmp_path / "a clone"
+    clone.mkdir()
+    said = installed(monkeypatch, tmp_path, {"url": clone.as_uri(), "dir_info": {}})
+    assert said == f'pip install "{clone}[viz]"'
+
+
+@pytest.mark.parametrize("origin", [None, {}, [], {"url": "file:///no/such/folder", "dir_info": {}}])
+def test_unknown_or_lost_origin_sends_to_a_clone(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, origin: object
+) -> None:
+    said = installed(monkeypatch, tmp_path, origin)
+    assert said == 'pip install ".[viz]" in a clone of its repository'
+
+
+def test_every_extra_that_the_code_names_exists() -> None:
+    known = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    named = {
+        extra
+        for file in (ROOT / "src").rglob("*.py")
+        for extra in re.findall(r'remedy_for_extra\("(\w+)"\)', file.read_text(encoding="utf-8"))
+    }
+    assert {"viz", "sim", "ros", "distributed"} <= named
+    assert named <= set(known["project"]["optional-dependencies"])
+
+
+@pytest.mark.parametrize(
+    ("file", "package"),
+    [("libgomp.so.1", "libgomp1"), ("libstdc++.so.6", "libstdc++6"), ("libEGL_x2.so.1", "libegl_x2-1")],
+)
+def test_a_library_that_a_slim_system_lacks_is_named_with_its_package(file, package):
+    error = ImportError(f"{file}: cannot open shared object file: No such file or directory")
+    said = missing_library(error)
+    assert said is not None and said.startswith(f"{file} is not on this machine")
+    assert said.endswith(f"apt install {package}")
+
+
+def test_a_module_that_is_missing_is_no_such_library():
+    assert missing_library(ModuleNotFoundError("No module named 'pinocchio'")) is None
+
+
+GOOD = np.linspace(0.0, 1.0, 5)
+
+
+def npy(array, **how):
+    file = io.BytesIO()
+    np.save(file, array, **how)
+    return file.getvalue()
+
+
+class Evil:
+    def __reduce__(self):
+        return exec, ("raise SystemExit('code of the file ran')",)
+
+
+def test_arrays_of_numpy_are_read_as_they_are(tmp_path):
+    arrays = {"q": GOOD, "T": np.eye(4)[::-1], "whole": np.arange(3), "about": np.array("{}")}
+    for save in (np.savez, np.savez_compressed):
+        save(tmp_path / "a.npz", **arrays)
+        found = npz_arrays(tmp_path / "a.npz")
+        assert list(found) == list(arrays)
+        for name, values in arrays.items():
+            np.testing.assert_array_equal(found[name], values)
+
+
+@pytest.mark.parametrize(
+    "content", [npy(np.array([Evil()], dtype=object), allow_pickle=True), npy(GOOD)[:-8], b"\x93NUMPY"]
+)
+def test_array_that_is_damaged_or_would_run_code_is_refused(tmp_path, content):
+    path = tmp_path / "arrays.npz"
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("x.npy", content)
+    for whole in (path.read_bytes(), content, b"", b"hello"):
+        path.write_bytes(whole)
+        with pytest.raises(ValueError, match="damaged"):
+            npz_arrays(path)
+
+
+vectors = st.lists(st.floats(-4.0, 4.0), min_size=3, max_size=3).map(np.array)
+
+
+@given(vectors)
+def test_derivative_of_the_exponential_at_zero_is_skew(w):
+    h = 1e-6
+    slope = (rotation_exp(h * w) - rotation_exp(-h * w)) / (2.0 * h)
+    np.testing.assert_allclose(slope, skew(w), atol=1e-8)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-13, 1e-11, 1e-3, np.pi / 2, np.pi, 7.0])
+def test_rotations_about_an_axis_have_cosine_and_sine_in_place(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    np.testing.assert_allclose(rotation_z(angle), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], atol=1e-15)
+    np.testing.assert_allclose(rotation_x(angle), [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]], atol=1e-15)
+
+
+def test_pose_of_another_library_is_taken_by_its_homogeneous_matrix():
+    T = transform(rotation_x(0.3), np.array([0.1, 0.2, 0.3]))
+    np.testing.assert_array_equal(pose(SimpleNamespace(homogeneous=T)), T)
+
+
+@pytest.mark.parametrize("rotation", [2.0 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.zeros((3, 3))])
+def test_matrix_that_is_not_a_rotation_is_refused(rotation):
+    with pytest.raises(InputError, match=r"target has a rotation part that is not a rotation"):
+        pose(transform(rotation, np.zeros(3)), "target")
+
+
+@pytest.mark.parametrize("value", [np.eye(3), np.zeros((4, 4)) * np.nan, "here"])
+def test_pose_of_a_wrong_shape_or_type_is_refused(value):
+    with pytest.raises(InputError, match=r"pose (has shape|contains NaN|is not an array)"):
+        pose(value)
+
+
+def test_rotation_rounded_to_seven_digits_still_counts():
+    assert pose(transform(np.round(rotation_x(1.0), 7), np.zeros(3))).shape == (4, 4)
+
+
+def test_quaternions_and_rotation_vectors_are_those_of_scipy():
+    turns = [Rotation.random(200, random_state=3).as_matrix(), np.eye(3)[None]]
+    axes = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0.6, -0.8, 0], [0, -0.6, 0.8]])
+    turns += [
+        Rotation.from_rotvec(angle * axes).as_matrix() for angle in (1e-9, 1e-3, 3.0, np.pi - 1e-7, np.pi)
+    ]
+    R = np.concatenate(turns)
+    expected = Rotation.from_matrix(R)
+    np.testing.assert_allclose(np.abs(quaternions(R)), np.abs(expected.as_quat()), atol=1e-14)
+    assert (quaternions(R)[:, 3] >= 0.0).all()
+    np.testing.assert_allclose(Rotation.from_quat(quaternions(R)).as_matrix(), R, atol=1e-14)
+    np.testing.assert_allclose(Rotation.from_rotvec(rotation_vectors(R)).as_matrix(), R, atol=1e-14)
+    assert (np.linalg.norm(rotation_vectors(R), axis=1) <= np.pi + 1e-12).all()
+
+
+def test_rotated_vectors_are_those_of_the_matrix():
+    rng = np.random.default_rng(5)
+    matrices = np.array([rotation_exp(w) for w in rng.uniform(-3.0, 3.0, (20, 3))])
+    vectors = rng.normal(size=(20, 4, 3))
+    expected = np.einsum("kij,knj->kni", matrices, vectors)
+    np.testing.assert_allclose(rotated(quaternions(matrices), vectors), expected, atol=1e-14)

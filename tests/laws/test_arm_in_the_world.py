@@ -34,26 +34,6 @@ def test_a_healthy_arm_in_a_slow_loop_is_accused_of_nothing(drive, dt):
 
 
 @pytest.mark.long
-def test_a_brake_told_at_once_costs_millimetres(drive):
-    robot = ftqp.robots.load("panda")
-    planner, arm = wired(robot, drive)
-    ride = Ride(robot, planner, arm, circle(robot, START), 6.0, lock(2, 3.25))
-    assert ride.error.max() < 5e-3 and ride.after(3.55) < 2e-3
-    assert set(ride.status) <= {"OK", "RELAXED"}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), 1])
-def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
-    robot = ftqp.robots.load("panda")
-    friction = np.array([0.5, 0.5, 0.5, 0.5, 0.17, 0.17, 0.17])
-    planner, arm = wired(robot, drive, latency=2, sigma=1e-4, mass=0.5, friction=friction, seed=seed)
-    ride = Ride(robot, planner, arm, circle(robot, START), 5.0, lock(2, 3.25))
-    assert ride.error.max() < 6e-3 and ride.after(3.6) < 3e-3 and ride.turn.max() < 0.035
-    assert set(ride.status) <= {"OK", "RELAXED"}
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("joint", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_brake_that_nobody_told_is_seen_and_ends_at_rest(drive, joint):
     robot = ftqp.robots.load("panda")

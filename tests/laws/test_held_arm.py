@@ -232,12 +232,6 @@ def test_hold_is_said_soon_and_ends_when_the_arm_follows_again():
     assert max(leads[round((AT + 0.5) / DT) : round((AT + 1.0) / DT)]) < 0.02
 
 
-@pytest.mark.slow
-def test_path_is_not_cut_short_by_a_long_hold():
-    _, fastest, _, error, _, planner = motion(PANDA, "clock", 9.0)
-    assert fastest < 1.1 and error < 2e-3 and planner.stopped_because is None
-
-
 @pytest.mark.parametrize("fed", [True, False])
 @pytest.mark.parametrize(("noise", "stated"), [(1e-4, True), (1e-4, False), (6e-4, False)])
 def test_arm_of_a_stranger_with_noise_is_held_and_let_go(tmp_path, fed, noise, stated):

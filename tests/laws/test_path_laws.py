@@ -1,13 +1,16 @@
-"""What holds for every path that is followed by its progress, whatever arm, fault, law and time are drawn."""
+"""What leads a planner keeps limits and progress, and leaves no trace in it."""
 
 import numpy as np
 import pytest
 from tests.every_fault import draw_fault
-from tests.laws.episode import SMALL, Episode, check, draw_path, start_of
+from tests.laws.episode import SMALL, breaches, draw_path, start_of
 
 import ftqp
+from ftqp.core.errors import InputError
 
 ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "planar(10)")
+LIMITS = {"finite", "speed", "acceleration", "position", "braking", "torque", "failed"}
+"""Laws of limits: what a follower says of its path is not asked here."""
 ON_PATH = 0.02
 """Largest distance from the path at its progress, in characteristic lengths, while no status says more."""
 
@@ -37,32 +40,31 @@ def drawn(seed):
 def run(seed):
     follower, q, fault, at = drawn(seed)
     planner = follower.planner
-    episode = Episode(
-        seed=seed, description=f"{planner.robot.name} {planner.level} {fault}", backend=planner.backend
-    )
     follower.reset(q)
     v = np.zeros(planner.robot.nv)
-    progress, off, commands = [0.0], [0.0], []
+    truth, said, progress, off, commands = [(q, v)], [], [0.0], [0.0], []
     for k in range(round(2.0 / planner.dt)):
         if k == at:
             planner.report(fault)
-        before = v
         step = follower.step(q, v)
-        check(episode, planner, step, q, before, planner.dt, k)
         progress.append(follower.progress)
         if step.status in (ftqp.StepStatus.OK, ftqp.StepStatus.SCALED):
             off.append(step.position_error / planner.robot.length)
         q, v = step.q.copy(), step.v.copy()
+        truth.append((q, v))
+        said.append(step.status.name)
         commands.append(v.tobytes())
-    return episode, np.array(progress), max(off), commands, follower
+    targets = follower.path.sample(np.array(progress[:-1])).pose
+    found = [one for one in breaches(planner, truth, said, targets, fault, at) if one.law in LIMITS]
+    return found, np.array(progress), max(off), commands, follower
 
 
 @pytest.mark.parametrize(
     "seed", [*range(6), *(pytest.param(k, marks=pytest.mark.slow) for k in range(6, 40))]
 )
 def test_limits_are_kept_and_progress_never_runs_backwards(seed):
-    episode, progress, _, _, follower = run(seed)
-    assert not episode.broken, f"{episode.description}: {episode.broken}"
+    found, progress, _, _, follower = run(seed)
+    assert not found, [str(breach) for breach in found]
     assert (np.diff(progress) >= 0.0).all()
     assert (np.diff(progress) <= follower.planner.dt * (1.0 + 1e-9)).all() and progress[
         -1
@@ -73,3 +75,98 @@ def test_limits_are_kept_and_progress_never_runs_backwards(seed):
 @pytest.mark.parametrize("seed", range(0, 24, 8))
 def test_same_inputs_give_the_same_commands(seed):
     assert run(seed)[3] == run(seed)[3]
+
+
+DT = 5e-3
+PANDA = ftqp.robots.load("panda")
+HOME = PANDA.pose(PANDA.neutral)
+MODES = {"path": "scaled", "base": "slack"}
+LEADERS = list(MODES)
+
+
+def planner_of(leader):
+    planner = ftqp.Planner(PANDA, DT, level="velocity", task=ftqp.Task(mode=MODES[leader]), emergency=None)
+    planner.reset(PANDA.neutral)
+    return planner
+
+
+def led(leader, planner, reach=0.1):
+    """A leader on a planner, and its step as a function of the state."""
+    if leader == "path":
+        path = ftqp.paths.Line(HOME, (0.0, reach, 0.0), duration=1.0)
+        follower = ftqp.PathFollower(planner, path)
+        return follower, follower.step
+    follower = ftqp.InertialTask(planner, gain=0.5)
+    goal = HOME.copy()
+    goal[1, 3] += reach
+    return follower, lambda q, v: follower.step(q, v, ftqp.Target(pose=goal), tip=PANDA.pose(PANDA.neutral))
+
+
+def plain(planner, q, v, ticks=20):
+    """Commands of a planner that is given targets."""
+    target, commands = ftqp.Target(pose=HOME, twist=[0.05, 0.02, 0.0, 0.0, 0.0, 0.1]), []
+    for k in range(ticks):
+        target.position[0] = HOME[0, 3] + 0.05 * DT * k
+        step = planner.step(q, v, target)
+        q, v = step.q.copy(), step.v.copy()
+        commands.append(np.concatenate([step.q, step.v, step.a, step.slack]))
+    return np.array(commands)
+
+
+@pytest.mark.parametrize("leader", LEADERS)
+def test_making_a_leader_changes_no_command_of_its_planner(leader):
+    alone, planner = planner_of(leader), planner_of(leader)
+    led(leader, planner)
+    rest = np.zeros(7)
+    np.testing.assert_array_equal(plain(planner, PANDA.neutral, rest), plain(alone, PANDA.neutral, rest))
+
+
+@pytest.mark.parametrize("leader", LEADERS)
+@pytest.mark.parametrize(
+    "state", [(np.zeros(6), np.zeros(7)), (np.zeros(7), np.zeros(8)), ("home", np.zeros(7))], ids=repr
+)
+def test_refused_step_of_a_leader_leaves_the_planners_next_steps_untouched(leader, state):
+    alone, planner = planner_of(leader), planner_of(leader)
+    _, step = led(leader, planner)
+    with pytest.raises(InputError):
+        step(*state)
+    rest = np.zeros(7)
+    np.testing.assert_array_equal(plain(planner, PANDA.neutral, rest), plain(alone, PANDA.neutral, rest))
+
+
+@pytest.mark.parametrize("leader", LEADERS)
+def test_planner_that_was_led_and_reset_commands_as_one_that_never_was(leader):
+    alone, planner = planner_of(leader), planner_of(leader)
+    _, step = led(leader, planner)
+    q, v = PANDA.neutral, np.zeros(7)
+    for _ in range(30):
+        done = step(q, v)
+        q, v = done.q.copy(), done.v.copy()
+    planner.reset(PANDA.neutral)
+    rest = np.zeros(7)
+    np.testing.assert_array_equal(plain(planner, PANDA.neutral, rest), plain(alone, PANDA.neutral, rest))
+
+
+def test_two_followers_on_one_planner_keep_their_own_progress():
+    planner = planner_of("path")
+    (first, step), (second, other) = led("path", planner), led("path", planner, reach=-0.2)
+    q, v = PANDA.neutral, np.zeros(7)
+    seen = []
+    for k in range(60):
+        before = first.progress, second.progress
+        done = (step if k % 3 else other)(q, v)
+        q, v = done.q.copy(), done.v.copy()
+        assert (first.progress if k % 3 == 0 else second.progress) == before[0 if k % 3 == 0 else 1]
+        seen.append((first.progress, second.progress))
+    assert 0.0 < seen[-1][1] < seen[-1][0]
+    assert first.target.position[1] > HOME[1, 3] > second.target.position[1]
+
+
+def test_two_inertial_tasks_on_one_planner_keep_what_they_know():
+    planner = planner_of("base")
+    (first, step), (second, _) = led("base", planner), led("base", planner, reach=-0.2)
+    first.reset(PANDA.neutral)
+    second.reset(PANDA.neutral)
+    step(PANDA.neutral, np.zeros(7))
+    assert first.status is not ftqp.BaseStatus.STALE and second.status is ftqp.BaseStatus.STALE
+    assert first.error.any() and not second.error.any()

@@ -25,7 +25,6 @@ from ftqp.sim.plants.true_arm import TrueArm
 pytestmark = pytest.mark.slow
 
 DT, SECONDS, AT, SETTLED = 1e-3, 6.0, 3.25, 0.3
-DRIVES = ("position", "velocity", "torque")
 START = np.array([0.0, -0.785398, 0.0, -2.356194, 0.0, 1.570796, 0.785398])
 PANDA = catalog.load("panda")
 RUB = dict(zip(PANDA.joints, [0.5] * 4 + [0.17] * 3, strict=True))
@@ -162,16 +161,3 @@ def test_lost_sensor_stops_an_arm_that_takes_torques_within_thirty_milliseconds(
     assert stop is not None and stop < 3.04
     assert found.status[-1] is StepStatus.STOPPED
     assert found.speed < 1.02
-
-
-@pytest.mark.parametrize(("fault", "noise"), LOST)
-def test_behind_servos_the_others_go_on_where_a_sensor_is_lost(fault, noise):
-    found = outcome("position", faults=[fault], noise=noise)
-    assert found.first(StepStatus.STOPPING) is None and found.speed < 1.02
-
-
-@pytest.mark.parametrize("drive", ["position", "torque"])
-def test_sensor_that_begins_anew_after_a_turn_is_followed(drive):
-    found = outcome(drive, faults=[Offset(joint=2, at=3.0, size=2.0 * np.pi)])
-    assert found.first(StepStatus.STOPPING) is None and found.speed < 1.02
-    assert found.error.max() < 0.3

@@ -1,8 +1,8 @@
-"""A joint of a torque arm that lags is taken back by its own loop: it stops no path, and moves no target."""
+"""Torque arms that lag, and that hear nothing for a while: neither is a failure."""
 
 import numpy as np
 import pytest
-from tests.ride import DT, START, Ride, circle
+from tests.ride import DT, START, Ride, circle, target_at
 from tests.servo_arm import TorqueArm
 
 import ftqp
@@ -44,3 +44,60 @@ def test_a_joint_that_lags_moves_no_target_of_a_torque_arm():
         for q, pose in zip(ride.sent[::20], led.pose[::20], strict=True)
     ]
     assert max(turned) < 1e-4
+
+
+NOISE, AT = 5e-5, 1000
+
+
+def ridden(gap, frozen=False, quantum=0.0, noise=NOISE, seconds=3.0, robot=PANDA):
+    """The planner, the fastest joint as a share of its limit, the tip's last error [m], and what was said.
+
+    It ends where all brakes are asked for. No sample comes for ``gap`` ticks, or all are the last one, of an
+    arm with rotors of which nobody told.
+    """
+    rng = np.random.default_rng(3)
+    planner = ftqp.Planner(robot, DT, drive="torque")
+    arm = TorqueArm(robot.with_rotors(robot.chain.armature + 0.05), START, DT)
+    path, fastest, said, last = circle(robot, START), 0.0, [], START
+    planner.reset(START)
+    for k in range(round(seconds / DT)):
+        target = target_at(path, min(k * DT, path.duration))
+        q = arm.q if quantum == 0.0 else quantum * np.round(arm.q / quantum)
+        q = q + noise * rng.standard_normal(robot.nv)
+        if AT <= k < AT + gap:
+            q = last if frozen else np.full(robot.nv, np.nan)
+        last = q
+        step = planner.step(q, None, target)
+        said.append(step.status.name)
+        if step.brakes.all():
+            break
+        arm.command(step)
+        fastest = max(fastest, float(np.max(np.abs(arm.v) / robot.limits.v_max)))
+    error = float(np.linalg.norm(robot.pose(arm.q)[:3, 3] - target.position))
+    return planner, fastest, error, said
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("frozen", [False, True])
+@pytest.mark.parametrize("gap", [40, 150, 250])
+def test_gap_of_all_samples_stops_no_torque_arm(gap, frozen):
+    planner, fastest, error, said = ridden(gap, frozen, seconds=6.0)
+    assert planner.stopped_because is None and not planner.faults
+    assert fastest < 1.0 and error < 2e-3
+    assert "INVALID_INPUT" in said[AT : AT + gap] and "HELD" not in said
+    assert said[-1] == "OK"
+
+
+@pytest.mark.long
+def test_torque_arm_that_hears_nothing_for_good_is_stopped_and_asks_for_its_brakes():
+    planner, fastest, _, said = ridden(5000)
+    assert planner.stopped_because is not None and fastest < 1.0
+    assert said[-1] in ("STOPPED", "STOPPING") and 300 < len(said) - AT < 400
+
+
+@pytest.mark.long
+def test_coarse_and_noisy_encoders_of_a_slow_torque_arm_are_no_broken_sensors():
+    slow = PANDA.with_limits(v_max=[0.6] * 7)
+    planner, _, error, _ = ridden(0, quantum=1.5e-3, noise=1e-4, robot=slow)
+    assert planner.stopped_because is None and not planner.faults
+    assert error < 0.02

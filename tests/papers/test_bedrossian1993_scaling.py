@@ -8,7 +8,6 @@ import pytest
 from scipy.optimize import linprog
 from tests.arm_at import arm_at
 from tests.papers.bedrossian1993_scaling import (
-    DT,
     INCH,
     NO_LIMIT,
     Q1,
@@ -117,14 +116,6 @@ class TestE3:
         assert run.progress == 1.0 and run.time < 21.5
         assert run.off_path < 0.06 and run.fastest <= 50.0 * LIMIT
 
-    def test_progress_never_runs_backwards(self) -> None:
-        for run in (e3("N"), e3("N", level="acceleration", rate_change=250.0), blocked()):
-            assert (np.diff(run.progresses) >= 0.0).all()
-
-    def test_two_runs_are_the_same(self) -> None:
-        a, b = follow(Q2, longest=4.0), follow(Q2, longest=4.0)
-        assert (a.progresses == b.progresses).all() and (a.v == b.v).all()
-
 
 @cache
 def blocked(rate_change: float = NO_LIMIT, level: str = "velocity") -> Run:
@@ -153,63 +144,3 @@ class TestBlocked:
         assert verdict is not None
         assert "cannot go on along -x" in verdict and "2.3 s of 20 s" in verdict
         assert "j2 (locked)" in verdict and "j6" not in verdict
-
-
-class TestOtherModesWithFeedback:
-    """Section 9, start R, time reference, feedback 2 1/s: what is not marked as rounding."""
-
-    @staticmethod
-    def by_time(mode: str, kp: float) -> tuple[float, float, float]:
-        """Progress of 100 in, distance from the line [in], attitude error [deg] after 20 s."""
-        arm, q, v = planner(mode=mode, kp=kp), STARTS["R"].copy(), np.zeros(11)
-        path = ftqp.paths.Line(arm.robot.pose(q), [-100.0 * INCH, 0.0, 0.0], duration=20.0, law="constant")
-        targets = path.sample(np.arange(2000) * DT)
-        packed = ftqp.Targets(targets.pose, targets.twist)
-        arm.reset(q)
-        lock(arm, (2, 4, 7))
-        off = turned = 0.0
-        for k in range(2000):
-            step = arm.step(q, v, packed.at(k))
-            tip = targets.pose[k, :3, 3] - step.task_error[:3] - path.start[:3, 3]
-            off, turned = max(off, float(np.hypot(tip[1], tip[2]))), max(turned, step.rotation_error)
-            q, v = step.q.copy(), step.v.copy()
-        travelled = -(arm.robot.pose(q) - path.start)[0, 3] / (100.0 * INCH)
-        return float(travelled), off / INCH, float(np.rad2deg(turned))
-
-    @pytest.mark.parametrize(
-        ("mode", "kp", "progress", "off", "turned"),
-        [
-            ("slack", 0.0, 0.998, 0.19, 0.26),
-            ("lexicographic", 0.0, 0.998, 0.18, 0.25),
-            ("slack", 2.0, 1.000, 0.14, 0.25),
-            ("lexicographic", 2.0, 1.000, 0.12, 0.21),
-        ],
-    )
-    def test_row(self, mode: str, kp: float, progress: float, off: float, turned: float) -> None:
-        found = self.by_time(mode, kp)
-        assert found[0] == pytest.approx(progress, abs=0.002)
-        assert found[1] == pytest.approx(off, abs=0.03)
-        assert found[2] == pytest.approx(turned, abs=0.03)
-
-
-class TestBackends:
-    """Acceptance 8, on the steps through the singularity."""
-
-    @pytest.mark.slow
-    def test_external_backend_gives_the_same_rates(self) -> None:
-        own, other = (planner(backend=name) for name in ("active_set", "daqp"))
-        q, v = STARTS["R"].copy(), np.zeros(11)
-        path = ftqp.paths.Line(own.robot.pose(q), [-100.0 * INCH, 0.0, 0.0], duration=20.0, law="constant")
-        leaders = [ftqp.PathFollower(arm, path) for arm in (own, other)]
-        for leader in leaders:
-            lock(leader.planner, (2, 4, 7))
-            leader.reset(q)
-        compared = 0
-        for k in range(500):
-            mine, theirs = (leader.step(q, v) for leader in leaders)
-            if ftqp.StepStatus.FALLBACK not in (mine.status, theirs.status):
-                compared += 1
-                np.testing.assert_allclose(theirs.v, mine.v, rtol=0.0, atol=1e-5, err_msg=str(k))
-                assert theirs.scale == pytest.approx(mine.scale, abs=1e-5)
-            q, v = mine.q.copy(), mine.v.copy()
-        assert compared >= 495

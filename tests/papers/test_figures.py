@@ -25,27 +25,6 @@ def figures(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_locks_of_bedrossians_first_manoeuvre_leave_the_tip_as_it_was(figures):
-    values = figures("bedrossian1993")
-    assert list(values) == ["2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12"]
-    assert values["4"]["apart"] < 0.01 and values["4"]["share"] == pytest.approx(1.0, abs=1e-3)
-    assert values["5"]["still"] == [1, 6, 7] and values["3"]["still"] == []
-
-
-@pytest.mark.slow
-def test_bedrossians_second_manoeuvre_runs_into_a_singularity_and_is_damped(figures):
-    values = figures("bedrossian1993")
-    assert values["7"]["most"] == pytest.approx(5.02, abs=0.01)
-    assert values["9"]["most"] > 150.0 and values["8"]["off"] < 0.1
-    assert values["10"]["share"] == pytest.approx(0.597, abs=0.001)
-    assert values["10"]["off"] == pytest.approx(37.3, abs=0.1) and values["10"]["turned"] == pytest.approx(
-        27.4, abs=0.1
-    )
-    assert values["11"]["most"] <= 50.0
-    assert values["12"]["first"] == pytest.approx(2.21, abs=0.02)
-
-
-@pytest.mark.slow
 def test_holts_inverses_have_the_wells_of_the_paper(figures):
     values = figures("holt1994")
     assert values["1"]["pseudoinverse"] == pytest.approx(9.98, abs=0.05)
@@ -69,30 +48,6 @@ def test_servo_of_holts_steps_is_the_one_that_is_nearest_to_the_published_row(mo
     import holt1994
 
     assert holt1994.fit() == holt1994.SERVO
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("figure", "most"), [("3", 131.0), ("4", 103.0)])
-def test_zhangs_two_failures_are_survived_on_the_path(figures, figure, most):
-    values = figures("zhang2016")[figure]
-    assert values["off"] < 1.3e-4 and values["turned"] < 0.15e-4
-    assert values["most"] == pytest.approx(most, abs=1.0)
-
-
-@pytest.mark.slow
-def test_jins_cases_end_as_published_or_as_documented(figures):
-    values = figures("jin2017")
-    assert values["E1"]["most"] == pytest.approx(3.69e-6, rel=0.01)
-    assert values["E2"]["most"] < 4e-6
-    assert values["E3"]["stopped"] == pytest.approx(16.83, abs=0.02)
-
-
-@pytest.mark.slow
-def test_goels_figures_show_the_published_ends(figures):
-    values = {key: one["said"] for key, one in figures("goel2005").items()}
-    assert "goal D (2, 60): none, every 3.6276 s" in values["3 and 4"]
-    assert "every 7.74332 s" in values["7"] and "2 saddles" in values["8"]
-    assert "114.2952" in values["9"]
 
 
 @pytest.mark.slow

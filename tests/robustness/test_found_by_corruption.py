@@ -131,16 +131,6 @@ def test_a_target_that_becomes_none_in_a_loop_is_an_invalid_input_and_moves_noth
     assert planner.step(q, None, target.at(POSE)).status.name == "OK"
 
 
-def test_a_target_follower_calls_it_invalid_and_stands():
-    planner = started()
-    led = ftqp.TargetFollower(planner)
-    led.reset(PANDA.neutral)
-    target = ftqp.Target(pose=POSE)
-    target.pose[:] = POSE.T
-    step = led.step(PANDA.neutral, None, target)
-    assert led.status.name == "INVALID" and step.status.name == "INVALID_INPUT"
-
-
 def test_a_measured_tip_that_is_transposed_counts_as_not_measured():
     planner, target = started(), ftqp.Target(pose=POSE)
     plain = started()
@@ -148,14 +138,3 @@ def test_a_measured_tip_that_is_transposed_counts_as_not_measured():
         step = planner.step(PANDA.neutral, None, target, tip=POSE.T if k % 3 == 0 else POSE)
         want = plain.step(PANDA.neutral, None, target, tip=POSE)
         np.testing.assert_allclose(step.q, want.q, atol=1e-9)
-
-
-def test_a_task_beside_that_of_the_tip_keeps_its_last_target_and_says_so():
-    elbow = ftqp.PoseTask("panda_joint4", level=3, weight=0.1, name="elbow")
-    planner = started(tasks=[elbow])
-    target = ftqp.Target(pose=POSE)
-    place = PANDA.pose(PANDA.neutral, "panda_joint4")
-    planner.step(PANDA.neutral, None, {"tip": target, "elbow": place})
-    step = planner.step(PANDA.neutral, None, {"tip": target, "elbow": place.T.copy()})
-    assert "last row" in (step.tasks["elbow"].failed or "")
-    assert step.status.name == "OK"

@@ -1,7 +1,9 @@
-"""The loop around the real planner."""
+"""Runs of a planner and a plant from start to end, and when faults come and are announced."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from tests.witness import Witness
 
 from ftqp.control.following.path_follower import PathFollower
@@ -15,8 +17,7 @@ from ftqp.model import catalog
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation
-from ftqp.sim.plants.kinematic_plant import KinematicPlant
-from ftqp.sim.schedule import FaultEvent, Schedule
+from ftqp.sim.schedule import FaultEvent, Schedule, first_tick
 
 DT = 2e-3
 AT = 0.6
@@ -57,19 +58,6 @@ def test_free_swinging_joint_of_a_planner_told_at_once_moves_as_commanded(panda,
     assert plant.differs.max() == 0.0
 
 
-def test_tip_follows_the_path_through_a_locked_joint(panda, path, tmp_path):
-    schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"))])
-    planner = Planner(panda, dt=DT)
-    Simulation(planner, path, q=panda.neutral, schedule=schedule, log=tmp_path / "log.npy").run()
-    result = summary(load_log(tmp_path))
-    assert result["completed"]
-    assert result["max_position_error"] < 2e-4
-    assert result["max_limit_violation"] == {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
-    assert result["max_failed_joint_motion"] == {"panda_joint3": 0.0}
-    assert result["qp"]["failures"] == 0
-    assert result["scheme"] == "mvn"
-
-
 def test_log_shows_the_interval_of_the_locked_joint_closed(panda, path, tmp_path):
     schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"))])
     Simulation(
@@ -82,18 +70,6 @@ def test_log_shows_the_interval_of_the_locked_joint_closed(panda, path, tmp_path
     np.testing.assert_array_equal(log["ub.panda_joint3"][rest], 0.0)
     np.testing.assert_array_equal(log["tau.panda_joint3"][rest], 0.0)
     assert (log["tau_brake.panda_joint3"][rest] != 0.0).all()
-
-
-def test_fault_that_is_never_told_shows_in_the_error(panda, path):
-    results = {}
-    for announced in (None, "never"):
-        plant = KinematicPlant(panda, DT)
-        planner = Planner(panda, dt=DT, emergency=None, detector=False)
-        schedule = Schedule([FaultEvent(AT, Locked("panda_joint3"), announced)])
-        Simulation(planner, path, q=panda.neutral, schedule=schedule, plant=plant).run()
-        results[announced] = np.linalg.norm((panda.pose(plant.q) - path.sample(path.duration).pose[0])[:3, 3])
-    assert results[None] < 1e-4
-    assert results["never"] > 1e-3
 
 
 def test_planner_forgets_between_runs_what_this_simulation_told_it(panda, path):
@@ -138,3 +114,60 @@ def test_follower_of_another_planner_is_refused():
     path = Line(robot.pose(robot.neutral), (0.0, -0.1, 0.0), duration=1.0)
     with pytest.raises(InputError, match="leads another planner"):
         Simulation(one, path, q=robot.neutral, follower=PathFollower(other, path))
+
+
+def test_events_are_sorted_by_time():
+    schedule = Schedule([FaultEvent(2.0, Locked("b")), FaultEvent(1.0, Locked("a"))])
+    assert [event.at for event in schedule] == [1.0, 2.0]
+    assert len(schedule) == 2
+
+
+@given(st.integers(0, 100_000), st.sampled_from([1e-3, 1e-2, 0.1, 1 / 3]))
+def test_a_time_on_a_tick_belongs_to_that_tick_despite_rounding(k, dt):
+    assert first_tick(k * dt, dt) == k
+    assert first_tick(sum([k * dt / 4] * 4), dt) == k
+
+
+def test_a_time_between_two_ticks_belongs_to_the_later():
+    assert first_tick(0.1001, 0.1) == 2
+    assert first_tick(0.0999999999, 0.1) == 1
+
+
+def test_announcement_is_at_once_later_or_never():
+    fault = Locked(0)
+    schedule = Schedule(
+        [FaultEvent(1.0, fault), FaultEvent(1.0, FreeSwinging(1), 1.5), FaultEvent(1.0, Degraded(2), "never")]
+    )
+    assert [event.reported_at for event in schedule] == [1.0, 1.5, None]
+    assert {k: len(events) for k, events in schedule.failing(0.1).items()} == {10: 3}
+    assert {k: [e.fault.joint for e in events] for k, events in schedule.announced(0.1).items()} == {
+        10: [0],
+        15: [1],
+    }
+
+
+@pytest.mark.parametrize(
+    ("at", "announced", "message"),
+    [
+        (-1.0, None, "time of the fault is -1, expected"),
+        (np.nan, None, "time of the fault is nan"),
+        (2.0, 1.0, "fault of joint j at 2 s is announced at 1 s, expected no earlier"),
+        (2.0, "later", "announcement of the fault is 'later', expected a time in s"),
+    ],
+)
+def test_wrong_times_are_one_clear_sentence(at, announced, message):
+    with pytest.raises(InputError, match=message):
+        FaultEvent(at, Locked("j"), announced)
+
+
+def test_the_order_of_earlier_versions_is_understood_with_a_warning():
+    new = FaultEvent(1.0, Locked("j"), 1.5)
+    for old in (
+        lambda: FaultEvent(Locked("j"), 1.0, 1.5),
+        lambda: FaultEvent(Locked("j"), at=1.0, announced=1.5),
+    ):
+        with pytest.warns(DeprecationWarning, match="write FaultEvent"):
+            assert old() == new
+    assert FaultEvent(fault=Locked("j"), at=1.0, announced=1.5) == new
+    with pytest.warns(DeprecationWarning, match="reported_at"):
+        assert new.told == new.reported_at == 1.5

@@ -95,15 +95,6 @@ def test_a_joint_that_was_jammed_for_half_a_second_goes_on_being_used(drive: str
     assert errors.max() < 0.04 and errors[-500:].max() < 1e-3
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("drive", "joint"), [("position", 2), ("torque", 3)])
-def test_a_joint_that_is_locked_is_never_withdrawn(drive: str, joint: int) -> None:
-    planner, _ = led(drive, lock(joint), ticks=60_000)
-    name = planner.robot.joints[joint]
-    assert [(finding.joint, finding.withdrawn_at) for finding in planner.findings] == [(name, None)]
-    assert planner.faults == {name: ftqp.Locked(name)}
-
-
 @pytest.mark.long
 def test_what_a_user_reported_stays_whatever_the_joint_does() -> None:
     def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:

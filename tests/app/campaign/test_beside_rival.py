@@ -1,7 +1,6 @@
 """Episodes beside a rival: drawn from their number alone, and judged by what the arm did."""
 
 import copy
-import json
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, distribution
 
@@ -11,7 +10,7 @@ import pytest
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from ftqp.app.campaign.beside_rival import Events, Led, counted, judged, led_by_ftqp, led_by_rival, sentences
-from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign, located, with_files
+from ftqp.app.campaign.episode_study import load_campaign, located, with_files
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import ScenarioError
 
@@ -144,14 +143,3 @@ def test_episode_of_strangers_is_drawn_from_its_number(strangers):
     drawn = [strangers.drawn(number)[1] for number in range(60)]
     for group, least in (("arm", 9), ("drive", 3), ("leader", 3), ("event", 15)):
         assert len({one[group] for one in drawn}) >= least
-
-
-@pytest.mark.slow
-def test_two_episodes_of_strangers_are_run_by_both_and_judged(strangers):
-    work = EpisodeWork(campaign=strangers)
-    for number in (5, 13):
-        row = work.row_of(number, strangers.drawn(number)[0])
-        assert row["outcome"] in ("sound", "broken"), row["sentences"]
-        found = json.loads(row["beside"])
-        assert all(np.isfinite(found[who]["off"]) for who in ("ftqp", "rival"))
-        assert (row["outcome"] == "broken") == bool(row["sentences"])

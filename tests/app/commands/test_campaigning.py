@@ -14,11 +14,9 @@ from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
 from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
-from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim import loop
 from ftqp.sim.session.session_arms import Choice
-from ftqp.sim.session.session_commands import Seek
 
 STUDY = """
 [campaign]
@@ -103,24 +101,6 @@ def test_command_in_the_report_runs_the_episode_again(study, tmp_path, monkeypat
     resolved = tomllib.loads((tmp_path / "r" / "scenario.toml").read_text())
     assert resolved["path"]["radius"] == 0.07 and resolved["description"] == "a b"
     assert command_of("-x.toml", ()) == "ftqp campaign ./-x.toml"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "number"), [("safety", 5), ("physics", 1), ("detection", 1)])
-def test_episode_of_a_bundled_campaign_has_figures_and_a_page_that_shows_its_locked_joint_at_rest(
-    tmp_path, monkeypatch, name, number
-):
-    if name != "safety":
-        pytest.importorskip("mujoco", reason='needs mujoco (pip install -e ".[sim]")')
-    monkeypatch.undo()
-    code, _, errors = campaign(name, "--replay", number, "--out", tmp_path / "r")
-    assert code == 0, errors
-    pictures = {"joints.png", "path.png", "status.png", "torques.png", "velocities.png"}
-    assert {file.name for file in (tmp_path / "r" / "figures").iterdir()} >= pictures
-    with shown(Choice(scenario=str(tmp_path / "r"))) as (_, source):
-        source.put(Seek(source.stage().duration))
-        frame = source.frame()
-    assert frame.truth.sum() == Locked.number and not frame.braking.any()
 
 
 def test_table_tells_value_by_value(study, tmp_path):

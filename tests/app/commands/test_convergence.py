@@ -73,13 +73,6 @@ def test_an_arm_that_rests_elsewhere_ends_with_1(tmp_path: Path) -> None:
     assert facts["learned"]["theta"]["j1"] < 0.05
 
 
-@pytest.mark.slow
-def test_a_later_lock_begins_on_the_way(case: Path, tmp_path: Path) -> None:
-    facts = facts_of(asked(case, "--set", "faults.0.at=1.0", "--out", tmp_path / "out", "--json"))
-    assert facts["locked_at_share"] == pytest.approx(0.25, abs=1e-6)
-    assert facts["locked"]["j2"] != pytest.approx(0.7853982, abs=1e-2)
-
-
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [

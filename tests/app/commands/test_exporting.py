@@ -15,8 +15,6 @@ from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
 
 pytest.importorskip("rosbags", reason='needs the extra "ros": pip install -e ".[ros]"')
-reader = pytest.importorskip("mcap.reader", reason="needs mcap, which the extra 'dev' brings")
-decoder = pytest.importorskip("mcap_ros2.decoder", reason="needs mcap-ros2-support, of the extra 'dev'")
 
 FORMATS = {"csv": "log.csv", "npz": "log.npz", "mat": "log.mat", "mcap": "bag", "trajectory": "trajectory"}
 SHORT = {
@@ -68,26 +66,6 @@ def test_run_is_written_beside_its_log_or_where_it_is_wanted(run, tmp_path, form
     assert code == 2 and "exists already; choose another name" in errors
     code, out, _ = ftqp_command("export", run / "log.npy", "--format", form, "-o", tmp_path / "new")
     assert code == 0 and str(tmp_path / "new") in out
-
-
-def test_bag_of_a_run_has_its_frames_and_its_arm(run):
-    if not (run / "bag").exists():
-        ftqp_command("export", run, "--format", "mcap")
-    log, found = ftqp.load_log(run), {}
-    with (run / "bag" / "bag.mcap").open("rb") as stream:
-        for _, channel, _, message in reader.make_reader(
-            stream, decoder_factories=[decoder.DecoderFactory()]
-        ).iter_decoded_messages():
-            found.setdefault(channel.topic, []).append(message)
-    assert {"/tf", "/robot_description", "/ftqp/status", "/joint_measured"} - set(found) <= {
-        "/joint_measured"
-    }
-    positions = np.array([message.position for message in found["/joint_states"]])
-    np.testing.assert_array_equal(positions.view(np.uint64), log["q"].view(np.uint64))
-    names = [frame.child_frame_id for frame in found["/tf"][0].transforms]
-    assert ("base" in names) == ("base" in {name.split(".")[0] for name in log.names})
-    robot = ftqp.Robot.from_urdf(found["/robot_description"][0].data)
-    assert list(robot.joints) == log.metadata["joints"]
 
 
 def test_robot_of_the_catalog_is_written_as_urdf(tmp_path, monkeypatch):

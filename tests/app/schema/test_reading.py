@@ -1,11 +1,17 @@
-"""Errors of a scenario: one sentence each, with the path in the file, all at once."""
+"""A scenario's text: found, overridden, written back, and its errors, all at once and with their places."""
 
+import tomllib
+from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from ftqp.app.scenario import document
+from ftqp.app.scenario.setup import load
 from ftqp.app.schema import Scenario
-from ftqp.app.schema.reading import read
+from ftqp.app.schema.reading import plain, read
 from ftqp.core.errors import ScenarioError
 
 
@@ -90,3 +96,100 @@ def test_a_flood_of_errors_is_cut_short() -> None:
     sentences = reported_at(**{f"key{index}": 1 for index in range(1000)})
     assert len(sentences) == 101
     assert sentences[-1] == "and 900 more"
+
+
+def test_bundled_scenarios_have_a_sentence_each_and_survive_being_written_as_toml() -> None:
+    found = document.bundled()
+    assert len(found) > 20 and all(len(story) > 30 for story in found.values())
+    for name in found:
+        scenario = read(Scenario, document.read(name).content, name)
+        assert read(Scenario, tomllib.loads(document.toml(plain(scenario))), name) == scenario
+
+
+def test_limits_of_joints_by_name_survive_being_written_as_toml_and_reach_the_arm() -> None:
+    content = document.read("panda-circle", ["robot.limits={v_max={panda_joint2=0.5}, q_max=[2.8]}"]).content
+    scenario = read(Scenario, content, "panda-circle")
+    assert read(Scenario, tomllib.loads(document.toml(plain(scenario))), "panda-circle") == scenario
+    setup = load("panda-circle", ["robot.limits={v_max={panda_joint2=0.5}}"])
+    assert setup.planner.robot.limits.v_max[1] == 0.5 and setup.planner.robot.limits.v_max[0] > 2.0
+    with pytest.raises(ScenarioError, match="'panda_jint2' is not a joint of the limits v_max"):
+        load("panda-circle", ["robot.limits={v_max={panda_jint2=0.5}}"])
+
+
+def test_emergency_off_survives_being_written_as_toml() -> None:
+    content = document.read("panda-circle", ["planner.emergency=off"]).content
+    scenario = read(Scenario, content, "panda-circle")
+    again = read(Scenario, tomllib.loads(document.toml(plain(scenario))), "panda-circle")
+    assert scenario.planner.emergency is None
+    assert again.planner.emergency is None
+
+
+values = st.recursive(
+    st.booleans() | st.integers(-(2**60), 2**60) | st.floats(allow_nan=False) | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+tables = st.dictionaries(st.text(max_size=5), values, max_size=3)
+
+
+@pytest.mark.long
+@given(st.dictionaries(st.text(max_size=5), tables, max_size=3), st.lists(tables, min_size=1, max_size=3))
+def test_toml_reads_back_as_what_was_written(content: dict[str, object], faults: list[object]) -> None:
+    content["faults"] = faults
+    assert tomllib.loads(document.toml(content)) == content
+
+
+def test_override_replaces_a_value_and_keeps_its_neighbours() -> None:
+    content = document.read("panda-circle", ["planner.dt=0.002"]).content
+    assert content["planner"]["dt"] == 0.002
+    assert content["planner"]["scheme"] == "mvn"
+
+
+@pytest.mark.parametrize(
+    ("override", "value"),
+    [
+        ("planner.scheme=rmp", "rmp"),
+        ('planner.scheme={name = "dlsm", alpha = 0.5}', {"name": "dlsm", "alpha": 0.5}),
+        ("planner.scheme = 'man'", "man"),
+        ("planner.scheme=[1, 2]", [1, 2]),
+    ],
+)
+def test_override_is_a_toml_value_or_else_text(override: str, value: object) -> None:
+    assert document.read("panda-circle", [override]).content["planner"]["scheme"] == value
+
+
+def test_override_reaches_into_a_list_of_tables() -> None:
+    assert document.read("panda-circle", ["faults.0.at=5"]).content["faults"][0]["at"] == 5
+
+
+def test_a_part_of_an_override_in_quotes_may_have_dots() -> None:
+    vary = document.read(
+        "wrong-model", ['vary."robot.name"=', 'vary."path.radius"=[0.05]'], "campaign"
+    ).content["vary"]
+    assert "robot.name" not in vary and "robot" not in vary and vary["path.radius"] == [0.05]
+
+
+def test_empty_override_takes_a_key_out() -> None:
+    assert "faults" not in document.read("panda-circle", ["faults="]).content
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        *((override, r"a\.b=value") for override in ("dt", "=1", "planner..dt=1", "a\rb.c=1")),
+        *(
+            (override, "--set")
+            for override in ("faults.3.at=1", "faults.x.at=1", "planner.dt.x=1", "faults.7=1")
+        ),
+    ],
+)
+def test_override_that_leads_nowhere_is_refused(override: str, said: str) -> None:
+    with pytest.raises(ScenarioError, match=said):
+        document.read("panda-circle", [override])
+
+
+def test_paths_of_a_file_are_relative_to_its_folder(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[robot]\nname = 'panda'\n")
+    found = document.read(str(file))
+    assert (found.name, found.folder) == ("mine", tmp_path)

@@ -112,18 +112,6 @@ def test_a_cluster_computes_what_one_process_does(tmp_path: Path, address: str) 
 
 
 @pytest.mark.slow
-def test_a_map_of_a_workspace_has_the_same_bits_on_a_cluster(tmp_path: Path, address: str) -> None:
-    changes = ["map.grid=8", "map.configurations=4", "map.steps=5"]
-    options = [part for change in changes for part in ("--set", change)]
-    for name, workers in (("here", []), ("there", ["--dask", address])):
-        result = invoke("workspace", "planar3-map", "--out", tmp_path / name, *options, *workers)
-        assert result.exit_code == 0, result.output
-    here, there = (_rows(tmp_path / name) for name in ("here", "there"))
-    assert len(here) > 30
-    assert here == there
-
-
-@pytest.mark.slow
 def test_a_campaign_has_the_same_rows_on_a_cluster(tmp_path: Path, address: str) -> None:
     for name, workers in (("here", ["--jobs", "1"]), ("there", ["--dask", address])):
         result = invoke("campaign", "safety", "--episodes", "12", "--out", tmp_path / name, *workers)

@@ -125,20 +125,6 @@ def angle(robot, q, goal):
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
-def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, follow, home):
-    planner = ftqp.Planner(panda, DT, level=level)
-    for joint in range(7):
-        planner.report(ftqp.Locked(joint))
-    target = ftqp.Target(pose=home)
-
-    def leaving(k):
-        target.position[:] = home[:3, 3] + [1e-3 * k, 0.0, 0.0]
-        return target
-
-    last = [s.status for s in follow(planner, leaving, 80)][-1]
-    assert last is ftqp.StepStatus.STOPPED
-
-
 def test_joint_degraded_below_its_speed_brakes_with_no_more_than_it_has_left(panda, level, follow):
     target = ftqp.Target(pose=panda.pose(panda.neutral))
     planner = ftqp.Planner(panda, DT, level=level, emergency=None)
@@ -153,6 +139,20 @@ def test_joint_degraded_below_its_speed_brakes_with_no_more_than_it_has_left(pan
             assert step.a[0] == pytest.approx(-left, rel=1e-9)
         speed = step.v[0]
     assert abs(speed) <= slow + 1e-12
+
+
+def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, follow, home):
+    planner = ftqp.Planner(panda, DT, level=level)
+    for joint in range(7):
+        planner.report(ftqp.Locked(joint))
+    target = ftqp.Target(pose=home)
+
+    def leaving(k):
+        target.position[:] = home[:3, 3] + [1e-3 * k, 0.0, 0.0]
+        return target
+
+    last = [s.status for s in follow(planner, leaving, 80)][-1]
+    assert last is ftqp.StepStatus.STOPPED
 
 
 def test_joint_that_failed_outside_its_limits_blocks_nothing(panda, level, follow):

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from late_loops import Count, episode
 from tests.going import started
-from tests.ride import DT, START, Ride, circle, target_at, wired
+from tests.ride import DT, START, circle, target_at
 
 import ftqp
 
-STOPS = ("STOPPING", "STOPPED")
 ROBOTS = ("panda", "puma560", "srs7")
 LATE = 3
 """Samples are so many ticks late."""
@@ -34,24 +33,6 @@ def test_on_an_arm_that_follows_exactly_all_drives_move_alike(name, mode, late, 
     assert np.abs(np.diff(ways[0], axis=0)).max() > 1e-5
     for way in ways[1:]:
         np.testing.assert_allclose(way, ways[0], rtol=0, atol=1e-9)
-
-
-LASTING = {
-    "far": lambda k, q: q + 2.0 * np.eye(7)[6] * (k >= 1000),
-    "NaN": lambda k, q: q if k < 1000 else np.where(np.arange(7) == 2, np.nan, q),
-    "bias": lambda k, q: q + 0.05 * np.eye(7)[1] * (k >= 1000),
-}
-
-
-@pytest.mark.parametrize("drive", ["velocity"])
-@pytest.mark.parametrize("fault", LASTING)
-def test_a_sensor_that_stays_impossible_stops_the_arm_after_its_patience(drive, fault):
-    robot = ftqp.robots.load("panda")
-    planner, arm = wired(robot, drive, detector=False)
-    ride = Ride(robot, planner, arm, circle(robot, START, 0.07, 3.0), 2.0, sensor=LASTING[fault])
-    assert ride.status[1025] in STOPS and ride.status[-1] == "STOPPED" and ride.rest < 1e-3
-    assert ride.status[1000] == "INVALID_INPUT" and planner.stopped_because is not None
-    assert not planner.resume()
 
 
 def test_measured_velocity_is_used_nowhere():

@@ -69,14 +69,6 @@ def test_a_lock_that_nobody_announces_is_found_and_the_task_goes_on(joint: int) 
 
 
 @pytest.mark.long
-def test_without_a_detector_the_same_arm_falls_behind() -> None:
-    planner = planner_of(False)
-    steps = drive(planner, 4.0, truth=lock(2, 1.7))
-    assert planner.diagnosis is None and planner.findings == ()
-    assert steps[-1].status is not ftqp.StepStatus.OK
-
-
-@pytest.mark.long
 def test_a_healthy_arm_moves_bit_for_bit_as_without_a_detector() -> None:
     watched, alone = planner_of(), planner_of(False)
     for with_one, without in zip(drive(watched, 2.0), drive(alone, 2.0), strict=True):

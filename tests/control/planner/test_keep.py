@@ -19,7 +19,7 @@ def test_a_row_is_what_pinocchio_and_the_formula_of_a_joint_limit_say(level):
     planner = ftqp.Planner(PANDA, DT, level=level, constraints=[keep])
     planner.reset(Q, V)
     planner.step(Q, V, still(PANDA, Q))
-    K = planner._session.K
+    K = planner.session().K
     q, v = K.state.q[:7].copy(), K.state.v[:7].copy()
     T, J, drift = frame(q, v, "panda_joint6", (0.0, 0.1, 0.05))
     n = n / np.linalg.norm(n)
@@ -157,7 +157,7 @@ def first(q, v, **settings):
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.3, -0.5, 0.2)])
 def test_a_row_of_a_cone_is_what_finite_differences_of_the_angle_say(level, axis):
     keep = ftqp.Keep("panda_joint6", axis=axis, along=(0.2, 0.9, -0.6), within=2.5, braking=3.0)
-    qp = first(Q, V, level=level, constraints=[keep])._session.K
+    qp = first(Q, V, level=level, constraints=[keep]).session().K
     q, v, C, l = qp.state.q[:7].copy(), qp.state.v[:7].copy(), qp.qp.C[7, :7], float(qp.qp.l[7])
     u = float(qp.qp.u[7])
 

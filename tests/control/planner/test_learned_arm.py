@@ -75,13 +75,6 @@ def test_an_arm_that_rests_keeps_what_it_knows_of_its_rotors():
     assert planner.learned.rotors.max() < 0.2
 
 
-@pytest.mark.parametrize("late", [0, 2, 4])
-def test_samples_that_come_later_than_stated_shake_no_arm(late):
-    _, ride = ridden(seconds=2.0, rotors=0.1, mass=2.0, noise=1e-5, latency=late)
-    assert set(ride.status) == {"OK"}
-    assert ride.error.max() < 0.01
-
-
 @pytest.mark.parametrize("late", [0, 4])
 def test_samples_that_come_later_than_stated_are_known_to_from_how_the_arm_shakes(late):
     planner, ride = ridden(seconds=2.0, rotors=0.1, mass=2.0, noise=1e-5, latency=late, stiffness=80.0)
@@ -226,27 +219,3 @@ def warned(caplog):
 def test_torque_planner_says_once_that_the_model_has_no_rotors_and_where_they_go(warned):
     (said,) = warned(ftqp.robots.load("panda"), drive="torque")
     assert said.startswith("panda: ") and "armature in MJCF" in said and "drake:rotor_inertia" in said
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("inertia", "known", "error", "kept"),
-    [(0.02, False, 0.0, True), (0.05, False, 0.0, False), (0.05, True, 0.0, True), (0.3, False, None, True)],
-)
-def test_healthy_torque_arm_keeps_its_path_if_its_rotors_are_small_known_or_learned(
-    inertia, known, error, kept
-):
-    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
-    panda = ftqp.robots.load("panda")
-    true = with_rotors(panda, inertia)
-    noise = ftqp.Noise(q=1e-4)
-    drive = ftqp.Drive(kind="torque", inertia_error=error)
-    planner = ftqp.Planner(true if known else panda, 1e-3, drive=drive, noise=noise)
-    plant = ftqp.MujocoPlant(true, 1e-3, ftqp.JointServo(panda, "torque"), substeps=2)
-    start = panda.pose(panda.neutral)
-    path = ftqp.paths.Circle(start, 0.1, duration=6.0, axes=((0, 1, 0), (0, 0, 1)))
-    log = ftqp.Simulation(planner, path, q=panda.neutral, plant=plant, log="memory").run().log
-    stopped = (log["status"] == list(ftqp.StepStatus).index(ftqp.StepStatus.STOPPED)).any()
-    assert stopped != kept
-    if kept:
-        assert log["position_error"].max() < 1e-3

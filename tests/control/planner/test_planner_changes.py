@@ -1,24 +1,16 @@
 """What a planner is told happens as a whole or not at all, whatever line an exception comes at."""
 
-import itertools
-import signal
 import threading
-import time
 
 import numpy as np
 import pytest
-from tests.interrupted import Interrupt, interrupted
 
 import ftqp
-from ftqp.control.planner.planner_view import JointState
-from ftqp.faults.belief import Belief
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 
 PANDA = ftqp.robots.load("panda")
 DT = 1e-3
 LOAD = ftqp.Payload(mass=0.5, com=[0.0, 0.0, 0.05])
 TOOL = np.array([[1.0, 0, 0, 0.02], [0, 1, 0, 0], [0, 0, 1, 0.1], [0, 0, 0, 1]])
-HELD = {BRAKING, LOCKED, INSTANT}
 KINDS = {
     "clock": dict,
     "detector": lambda: {"detector": ftqp.Detector()},
@@ -39,160 +31,6 @@ class Ride:
         step = self.planner.step(self.q, None, self.target)
         self.q = step.q.copy()
         return step
-
-
-def agreement(planner, session=None):
-    """What is said of a planner's belief and what its kernel goes by, where they differ."""
-    session = session or planner.session()
-    K, faults = session.K, planner.faults
-    healthy = Belief(PANDA)
-    for fault in faults.values():
-        healthy = healthy.reported(fault)
-    copy = session.copy()
-    healthy.write(planner._parts.commands.on(copy))
-    expected = copy.K
-    found = []
-    for i, name in enumerate(PANDA.joints):
-        code, fault = int(K.faults.code[i]), faults.get(name)
-        held, free = isinstance(fault, ftqp.Locked), isinstance(fault, ftqp.FreeSwinging)
-        if (code in HELD) != held or (code == FREE) != free or (code == HEALTHY) != (not held and not free):
-            found.append(f"{name}: {fault} and code {code}")
-        for limit in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
-            if getattr(K.limits, limit)[i] != getattr(expected.limits, limit)[i]:
-                found.append(f"{name}: {limit}")
-    if K.feedback.speed != planner.speed:
-        found.append("speed")
-    if bool(K.limits.dynamic) != (planner._given.dynamic or healthy.needs_dynamics):
-        found.append("dynamic")
-    return found
-
-
-CHANGES = {
-    "lock": (lambda p: p.report(ftqp.Locked(3)), lambda p: p.withdraw(3), lambda p: len(p.faults) == 1),
-    "free": (lambda p: p.report(ftqp.FreeSwinging(5)), lambda p: p.withdraw(5), lambda p: len(p.faults) == 1),
-    "weak": (
-        lambda p: p.report(ftqp.Degraded(1, velocity=0.5, q_min=-1.0)),
-        lambda p: p.withdraw(1),
-        lambda p: len(p.faults) == 1,
-    ),
-    "reset": (lambda p: p.reset(PANDA.neutral + 0.1), lambda p: p.reset(PANDA.neutral), None),
-    "carry": (lambda p: p.carry(LOAD), lambda p: p.carry(None), lambda p: p.payload is not None),
-    "tool": (lambda p: p.tool(TOOL), lambda p: p.tool(None), lambda p: p.robot.tip != PANDA.tip),
-    "speed": (
-        lambda p: setattr(p, "speed", 0.25),
-        lambda p: setattr(p, "speed", 1.0),
-        lambda p: p.speed == 0.25,
-    ),
-}
-
-
-def settled(planner, ride, happened, way):
-    """After an interruption: it happened or it did not, for the planner and for its kernel."""
-    said = happened(planner) if happened is not None else None
-    assert agreement(planner) == [], "without another call"
-    if way == "reset":
-        ride.q = planner.session().K.gate.q[:7].copy()
-    ride.step()
-    session = planner.session()
-    assert agreement(planner, session) == []
-    assert said is None or happened(planner) == said
-    mass = session.K.chain.mass[:7].sum()
-    assert (mass > PANDA_MASS + 0.4) == (planner.payload is not None)
-    assert np.allclose(planner.robot.pose(PANDA.neutral)[:3, 3], tip_of(planner), atol=1e-12)
-
-
-def tip_of(planner):
-    at_rest = JointState(PANDA.neutral, np.zeros(7), np.zeros(7))
-    return planner.view().tip_at(at_rest).pose[:3, 3]
-
-
-PANDA_MASS = ftqp.Planner(PANDA, DT).session().K.chain.mass[:7].sum()
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("share", [7, pytest.param(1, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    ("kind", "way"),
-    [("clock", way) for way in CHANGES if way not in ("carry", "tool")]
-    + [("detector", "lock"), ("detector", "carry"), ("timed", "lock")]
-    + [pytest.param("detector", way, marks=pytest.mark.slow) for way in ("reset", "tool", "weak")],
-)
-def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way, share):
-    there, back, happened = CHANGES[way]
-    ride = Ride(kind)
-    planner = ride.planner
-    # what looks at the motors takes milliseconds, and a detector begins anew at every reset; what every kind
-    # of planner does is looked at line by line when a joint locks
-    stride = 13 if way == "carry" else 7 if kind == "detector" and way in ("reset", "tool") else 3
-    stride = share * (1 if (kind, way) == ("clock", "lock") else stride)
-    for call, lines in ((there, itertools.count(0, stride)), (back, itertools.count(stride // 2, stride))):
-        cut = 0
-        for line in lines:
-            was_cut = interrupted(lambda call=call: call(planner), line)
-            settled(planner, ride, happened, way)
-            if not was_cut:
-                break
-            cut += 1
-            (back if call is there else there)(planner)  # begins anew, so that every line is met
-            ride.q = PANDA.neutral.copy()
-            if way != "reset":
-                planner.reset(ride.q)
-        assert cut > 12 // share
-        if happened is not None:
-            assert happened(planner) == (call is there)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "way", ["lock", *(pytest.param(way, marks=pytest.mark.slow) for way in ("free", "weak"))]
-)
-@pytest.mark.parametrize("share", [7, pytest.param(1, marks=pytest.mark.slow)])
-def test_a_change_inside_another_one_at_any_line_leaves_belief_and_kernel_at_one(way, share):
-    there, back, _ = CHANGES[way]
-    ride = Ride()
-    planner = ride.planner
-    for line in itertools.count(0, share):
-        met = interrupted(lambda: there(planner), line, lambda: planner.report(ftqp.Locked(0)))
-        assert (PANDA.joints[0] in planner.faults) == met
-        settled(planner, ride, None, way)
-        back(planner)
-        planner.withdraw(0)
-        ride.q = PANDA.neutral.copy()
-        planner.reset(ride.q)
-        if not met:
-            break
-    assert line > 20
-
-
-@pytest.mark.parametrize("times", [100, pytest.param(4000, marks=pytest.mark.slow)])
-def test_real_signals_leave_belief_and_kernel_at_one(times):
-    def raises(*_):
-        raise Interrupt
-
-    ride, random, cut = Ride("detector"), np.random.default_rng(5), 0
-    before = signal.signal(signal.SIGALRM, raises)
-    try:
-        for k in range(times):
-            joint = int(random.integers(7))
-            try:
-                signal.setitimer(signal.ITIMER_REAL, float(random.uniform(2e-5, 6e-4)))
-                if k % 2:
-                    ride.planner.report(
-                        ftqp.Locked(joint) if k % 4 == 1 else ftqp.Degraded(joint, torque=0.8)
-                    )
-                else:
-                    ride.planner.withdraw(joint)
-                ride.planner.step(ride.q, None, ride.target)
-                while True:
-                    time.sleep(1e-4)
-            except Interrupt:
-                cut += 1
-            assert agreement(ride.planner) == [], "without another call"
-            ride.step()
-            assert agreement(ride.planner) == []
-    finally:
-        signal.signal(signal.SIGALRM, before)
-    assert cut == times
 
 
 @pytest.mark.parametrize("what", [float("nan"), 12.0, "x"])

@@ -32,7 +32,7 @@ def objective(tasks, level, q=Q, v=V, **settings):
         planner = ftqp.Planner(PANDA, DT, level=level, torque_limits=False, tasks=soft, **settings)
         planner.reset(q, v)
         planner.step(q, v, still(PANDA, q))
-        K = planner._session.K
+        K = planner.session().K
         H = K.qp.H[:7, :7].copy() if K.qp.dense else np.diag(K.qp.H_diagonal[:7])
         made.append((H, K.qp.g[:7].copy()))
     (H, g), (H0, g0) = made

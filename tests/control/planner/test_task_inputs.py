@@ -19,6 +19,7 @@ from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
 
 BODY = ftqp.robots.load("dual_panda")
 LEFT, RIGHT = BODY.tips
+TRANSPOSED = "a last row other than 0 0 0 1, as a transposed pose has"
 
 
 def planner_of(*tasks, **more):
@@ -94,6 +95,7 @@ NO_TURN = np.diag([1.0, 1.0, 2.0, 1.0])
     [
         (ftqp.PositionTask("left_joint4", name="more"), (0.0, 0.0, NAN), "is not finite"),
         (ftqp.PoseTask(RIGHT, level=1, name="more"), NO_TURN, "has a rotation part that is none"),
+        (ftqp.PoseTask(RIGHT, level=1, name="more"), BODY.pose(BODY.neutral).T, f"has {TRANSPOSED}"),
         (ftqp.AxisTask(RIGHT, along=(0, 0, 1), name="more"), (0, 0, 0), "has no direction"),
     ],
 )
@@ -110,6 +112,28 @@ def test_a_target_that_is_not_finite_is_left_out_and_told_until_another_one_come
     assert len([record for record in caplog.records if "said once" in record.message]) == 1
     step = planner.step(BODY.neutral, None, {"more": before})
     assert step.tasks["more"].failed is None and kept.tasks["more"].failed is not None
+
+
+@pytest.mark.parametrize("row", [-1, 5, 10**6, 2**58, -(2**62)])
+def test_a_row_that_a_trajectory_does_not_have_is_refused(row):
+    planner, home = planner_of()
+    targets = Targets(np.stack([home] * 5))
+    targets.row = row
+    with pytest.raises(InputError, match=r"make a new Target|take targets\.at"):
+        planner.step(BODY.neutral, None, targets)
+
+
+def test_an_array_is_read_as_it_is_at_the_step_and_let_go_of():
+    (planner, home), (copied, _) = planner_of(), planner_of()
+    q, aim = bytearray(BODY.neutral.tobytes()), ftqp.Target(pose=home)
+    with memoryview(q).cast("d") as view:
+        for k in range(5):
+            view[0] += 1e-4 * k
+            aim.position[0] += 1e-4
+            step = planner.step(view, None, aim)
+            other = copied.step(np.array(view), None, ftqp.Target(pose=aim.pose.copy()))
+            assert np.array_equal(step.q, other.q)
+    q.clear()  # raises BufferError while anybody holds it
 
 
 def test_a_velocity_that_is_not_finite_is_left_out_and_a_reset_forgets_it():
@@ -200,11 +224,6 @@ def test_a_task_without_a_target_may_stand_beside_n_minus_one():
     planner = started(panda, tasks=tasks, n_minus_one=ftqp.NMinusOne())
     target = ftqp.Target(pose=panda.pose(panda.neutral))
     assert planner.step(panda.neutral, None, target).status is ftqp.StepStatus.OK
-
-
-def test_a_place_beyond_the_limits_is_refused():
-    with pytest.raises(InputError, match="left_joint3 of JointTask is 9, expected a place within its limits"):
-        planner_of(ftqp.JointTask({"left_joint3": 9.0}))
 
 
 def test_a_weight_that_says_nothing_is_refused():

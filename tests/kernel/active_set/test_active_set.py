@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import quadprog
 from random_qps import FEASIBLE, INFEASIBLE, by_daqp, feasible, hessian, infeasible, nudged, unplanned
 
 from ftqp.kernel.entry.session import bound, rooms
@@ -134,29 +133,6 @@ def test_feasibility_is_judged_as_by_daqp_when_nobody_planned_it(dense):
             agrees(case, code, ws, expected)
             solved += 1
     assert solved > 50 and infeasible_count > 50
-
-
-@pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
-def test_quadprog_finds_the_same_point(dense):
-    rng = np.random.default_rng(20)
-    for kind in ("plain", "compliant", "locked", "unbounded"):
-        for _ in range(100):
-            case = feasible(rng, kind, dense)
-            ws = loaded(case)
-            agrees(case, ws.solve(cold=True), ws, by_quadprog(case))
-
-
-def by_quadprog(case):
-    """quadprog's x."""
-    H, g, rows, upper, lower, _ = case.standard()
-    k = len(upper) - len(rows)
-    rows = np.vstack([np.eye(k, len(g)), rows])
-    equal = lower == upper
-    below, above = (lower > -np.inf) & ~equal, (upper < np.inf) & ~equal
-    columns = np.vstack([rows[equal], rows[below], -rows[above]])
-    least = np.concatenate([lower[equal], lower[below], -upper[above]])
-    given = (columns.T, least, int(equal.sum())) if len(least) else ()
-    return quadprog.solve_qp(H, -g, *given)[0][: len(case.g)]
 
 
 def test_a_warm_start_repeats_the_answer_at_once():

@@ -1,14 +1,16 @@
-"""Pose, Jacobian, drift, inertia and bias against pinocchio, on chains of every joint type."""
+"""Kinematics, dynamics and the error of a pose in the kernel against pinocchio and finite differences."""
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from random_chains import configuration, random_robot
-from records import chain_record
+from records import chain_record, empty_record
 
 import ftqp
+from ftqp.control.task.task import axis_frame
 from ftqp.kernel.arm.dynamics import gravity_torque, knows_no_gravity, torque_bound, torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.arm.pose_error import pose_error, rotation_vector
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.catalog import load
 from ftqp.model.robot import Robot
@@ -74,38 +76,6 @@ def test_continuous_joints_may_be_given_by_cosine_and_sine(joints):
         assert relative(*by) < 1e-12
 
 
-def test_jacobian_is_the_derivative_of_the_pose():
-    rng = np.random.default_rng(5)
-    robot, eps = random_robot(rng, 12), 1e-6
-    arm = arm_of(robot)
-    q, _, v = configuration(rng, robot)
-    arm.kinematics(q, v)
-    J = arm.K.kinematics.J[:, :12].copy()
-    for i in range(12):
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = q.copy()
-            moved[i] += sign * eps
-            arm.kinematics(moved, v)
-            ends.append(pose(arm))
-        turn = pin.log3(ends[0][:3, :3] @ ends[1][:3, :3].T)
-        column = np.concatenate([ends[0][:3, 3] - ends[1][:3, 3], turn]) / (2.0 * eps)
-        assert np.abs(column - J[:, i]).max() < 1e-8
-
-
-def test_drift_is_the_derivative_of_the_jacobian_along_the_motion():
-    rng = np.random.default_rng(6)
-    robot, eps = random_robot(rng, 12), 1e-6
-    arm = arm_of(robot)
-    q, _, v = configuration(rng, robot)
-    arm.kinematics(q, v)
-    drift, twists = arm.K.kinematics.drift.copy(), []
-    for sign in (1.0, -1.0):
-        arm.kinematics(q + sign * eps * v, v)
-        twists.append(arm.K.kinematics.J[:, :12] @ v)
-    assert np.abs((twists[0] - twists[1]) / (2.0 * eps) - drift).max() < 1e-6
-
-
 @pytest.mark.parametrize("held", [[], [2], [0, 5]])
 def test_rotor_inertia_stands_on_the_diagonal_as_in_pinocchio(held):
     rng = np.random.default_rng(11)
@@ -122,24 +92,6 @@ def test_rotor_inertia_stands_on_the_diagonal_as_in_pinocchio(held):
     upper = np.triu(pin.crba(robot.model, robot.model.createData(), q))
     assert np.abs(M - upper - np.triu(upper, 1).T).max() < 1e-12 * np.abs(M).max()
     assert np.array_equal(arm.K.kinematics.h, bare_arm.K.kinematics.h)
-
-
-def test_bias_torque_loses_no_power_to_coriolis_forces():
-    """v'(Mdot v - 2 (h - h_gravity)) = 0, with Mdot by finite differences."""
-    rng = np.random.default_rng(7)
-    robot, eps = random_robot(rng, 10), 1e-6
-    arm = arm_of(robot)
-    q, _, v = configuration(rng, robot)
-    arm.dynamics(q, np.zeros(10))
-    gravity = arm.K.kinematics.h[:10].copy()
-    arm.dynamics(q, v)
-    coriolis, M = arm.K.kinematics.h[:10] - gravity, []
-    for sign in (1.0, -1.0):
-        arm.dynamics(q + sign * eps * v, v)
-        M.append(arm.K.kinematics.M[:10, :10].copy())
-    power = v @ (M[0] - M[1]) @ v / (2.0 * eps)
-    assert abs(power) > 1.0
-    assert abs(power - 2.0 * v @ coriolis) < 1e-6 * abs(power)
 
 
 def test_viscous_friction_is_a_part_of_the_bias_and_coulomb_friction_is_not():
@@ -238,3 +190,108 @@ def test_bound_is_reached_by_a_stretched_arm_that_turns_all_joints_one_way():
     tau = K.kinematics.tau[:3].copy()
     torque_bound(K.state, K.kinematics, K.chain, a)
     assert np.abs(K.kinematics.tau[:3] - tau).max() < 1e-12 * tau.max() and tau.min() > 0.1
+
+
+OFF = (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3)
+"""Distances of an angle from pi [rad]."""
+
+
+def axes(count=60):
+    """Unit vectors: the coordinate axes, the diagonals of planes and of the cube, and random ones."""
+    grid = np.array(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1])).reshape(3, -1).T
+    random = np.random.default_rng(1).normal(size=(count, 3))
+    vectors = np.vstack([grid[np.any(grid != 0, axis=1)], random, [1.0, 1e-9, -1e-9], [1e-5, 1.0, 1e-12]])
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def rodrigues(axis, angle):
+    """cos I + sin [axis] + (1 - cos) axis axis'."""
+    return (
+        np.cos(angle) * np.eye(3)
+        + np.sin(angle) * pin.skew(axis)
+        + (1.0 - np.cos(angle)) * np.outer(axis, axis)
+    )
+
+
+def error(R, R_target, p=(0.0, 0.0, 0.0), p_target=(0.0, 0.0, 0.0), tool=None, measured=False):
+    """The kernel's error, (6,), of a tip at (R, p); with ``tool`` in axis mode."""
+    K = empty_record()
+    task, kinematics = K.task, K.kinematics
+    task.uses_rotation, task.tool_rows = 1, tool is not None
+    task.axis[:] = axis_frame((0, 0, 1) if tool is None else tool).ravel()
+    target = np.eye(4)
+    target[:3, :3], target[:3, 3] = R_target, p_target
+    task.target[:16] = target.ravel()
+    if measured:
+        task.has_tip_measured = 1
+        task.tip_measured[:3, :3], task.tip_measured[:3, 3] = R, p
+    else:
+        kinematics.R_tip[:], kinematics.o_tip[:] = np.ravel(R), p
+    pose_error(K)
+    return task.error.copy()
+
+
+def turns(count, seed=0):
+    """Random rotations."""
+    rng = np.random.default_rng(seed)
+    return [pin.exp3(rng.uniform(-1.8, 1.8, 3)) for _ in range(count)]
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-15, 1e-9, 1e-4, 0.5, 1.5, 2.0, 2.5, 3.0, 3.14])
+def test_rotation_vector_is_axis_times_angle(angle):
+    for axis in axes():
+        vector = np.array(rotation_vector(*rodrigues(axis, angle)))
+        assert np.abs(vector - angle * axis).max() < 1e-14
+
+
+@pytest.mark.parametrize("off", OFF)
+def test_rotation_vector_is_accurate_at_and_near_pi(off):
+    for axis in axes():
+        vector = np.array(rotation_vector(*rodrigues(axis, np.pi - off)))
+        assert abs(np.linalg.norm(vector) - (np.pi - off)) < 1e-14
+        wrong_side = off <= 1e-15 and vector @ axis < 0.0  # at pi both directions are right
+        assert np.abs((-vector if wrong_side else vector) - (np.pi - off) * axis).max() < 1e-14
+
+
+def test_error_carries_the_tip_onto_the_target():
+    for R, X in zip(turns(50), turns(50, 1), strict=True):
+        e = error(R, X, (1, 2, 3), (2, 0, 7))
+        assert np.array_equal(e[:3], (1, -2, 4))
+        assert np.abs(pin.exp3(e[3:]) @ R - X).max() < 1e-14
+
+
+def test_error_changes_as_its_derivative_says():
+    """R -> exp(eps w) R changes the rotation vector of X R' by -Jlog3(X R') eps w."""
+    rng, eps = np.random.default_rng(3), 1e-6
+    for R, X in zip(turns(30), turns(30, 1), strict=True):
+        w, u = rng.normal(size=(2, 3))
+        ends = [error(pin.exp3(s * eps * w) @ R, X, s * eps * u) for s in (1.0, -1.0)]
+        slope = (ends[0] - ends[1]) / (2.0 * eps)
+        assert np.abs(slope[:3] + u).max() < 1e-9
+        assert np.abs(slope[3:] + pin.Jlog3(X @ R.T) @ w).max() < 1e-7
+
+
+def test_measured_tip_takes_the_place_of_forward_kinematics():
+    for R, X in zip(turns(20), turns(20, 1), strict=True):
+        assert np.array_equal(
+            error(R, X, (1, 2, 3), (3, 2, 2), measured=True), error(R, X, (1, 2, 3), (3, 2, 2))
+        )
+
+
+def test_axis_mode_is_the_shortest_turn_of_the_tool_axis():
+    for R, X, tool in zip(turns(80), turns(80, 1), axes(80), strict=False):
+        e = error(R, X, tool=tool)[3:]
+        here, there = R @ tool, X @ tool
+        assert np.abs(pin.exp3(e) @ here - there).max() < 1e-14
+        assert abs(np.linalg.norm(e) - np.arccos(np.clip(here @ there, -1.0, 1.0))) < 1e-7
+        assert abs(e @ here) < 1e-14 and abs(e @ there) < 1e-14
+
+
+@pytest.mark.parametrize("off", OFF)
+def test_axis_mode_turns_an_opposite_tool_round(off):
+    for R, axis in zip(turns(60), axes(60), strict=False):
+        frame = axis_frame(axis)
+        X = R @ rodrigues(frame[:, 0], np.pi - off)
+        e = error(R, X, tool=axis)[3:]
+        assert np.pi - off - 1e-12 < np.linalg.norm(e) < np.pi + 1e-14
+        assert np.abs(pin.exp3(e) @ R @ axis - X @ axis).max() < 2e-12

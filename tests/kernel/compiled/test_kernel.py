@@ -1,14 +1,20 @@
-"""The kernel of a process: functions of the built library, or plain Python and one sentence."""
+"""The built library: what is loaded, what is refused and why, how it is called and what arrays it takes."""
 
+import json
+import shutil
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from ftqp.kernel.compiled.library import Kernel
+from ftqp.kernel.compiled.library import MANIFEST, Kernel, NoLibrary, fingerprint, library_in
+from ftqp.kernel.jit import BAD_BUFFER, take
 from ftqp.kernel.layout.enums import JOINTS
 
 ROW = np.dtype([("x", np.float64, (JOINTS,)), ("sum", np.float64)])
@@ -115,3 +121,171 @@ def test_whoever_is_interrupted_at_any_line_leaves_the_kernel_to_the_next_call_o
         other.join(10.0)
         assert found and isinstance(found[0], type(len)), f"after line {line}"
     assert line > 8
+
+
+@pytest.fixture
+def copy(ready: Any, tmp_path: Path) -> tuple[Path, Path]:
+    """A copy of the built library and of its source."""
+    built, source = tmp_path / "built", tmp_path / "source"
+    shutil.copytree(ready.built, built)
+    shutil.copytree(ready.source, source, ignore=shutil.ignore_patterns("__pycache__"))
+    return built, source
+
+
+def problem(copy: tuple[Path, Path]) -> str:
+    """Why it is not loaded."""
+    with pytest.raises(NoLibrary) as caught:
+        library_in(*copy)
+    return str(caught.value)
+
+
+def said(built: Path, **changes: Any) -> None:
+    """Change the manifest; names with two underscores are those of its library."""
+    manifest = json.loads((built / MANIFEST).read_text())
+    for name, value in changes.items():
+        (manifest["libraries"][0] if name.startswith("of_") else manifest)[name.removeprefix("of_")] = value
+    (built / MANIFEST).write_text(json.dumps(manifest))
+
+
+def library(built: Path) -> Path:
+    """The file of the library."""
+    (one,) = built.glob("kernel-*.so")
+    return one
+
+
+def test_whole_library_is_loaded(copy: tuple[Path, Path]) -> None:
+    assert library_in(*copy).level
+
+
+def test_no_folder_is_a_kernel_that_is_not_built(tmp_path: Path) -> None:
+    assert problem((tmp_path / "none", tmp_path)) == "the kernel is not built"
+
+
+def test_library_that_is_older_than_its_source_is_not_loaded(copy: tuple[Path, Path]) -> None:
+    (file,) = copy[1].glob("*.py")
+    file.write_text(file.read_text().replace("x / 3.0", "x / 4.0"))
+    assert "is older than its source" in problem(copy)
+    said(copy[0], files="")  # as in a wheel, where nobody edits
+    assert library_in(*copy)
+
+
+def test_library_that_is_older_than_its_c_is_not_loaded(copy: tuple[Path, Path]) -> None:
+    (copy[1] / "glue.c").write_text("int more;\n")
+    assert "is older than its source" in problem(copy)
+
+
+def test_comments_and_docstrings_make_no_library_older(copy: tuple[Path, Path]) -> None:
+    (file,) = copy[1].glob("*.py")
+    text = file.read_text()
+    file.write_text(text.replace("# of growing size", "#").replace("A wave.", "One wave.") + "# end\n")
+    assert library_in(*copy)
+
+
+def flipped(content: bytes) -> bytes:
+    """The same with one bit of another value."""
+    half = len(content) // 2
+    return content[:half] + bytes([content[half] ^ 1]) + content[half + 1 :]
+
+
+def of_text(built: Path) -> None:
+    """A file that is no machine code, and a manifest that says that it is as it should be."""
+    library(built).write_bytes(b"no machine code")
+    said(built, of_sha256=fingerprint(b"no machine code"))
+
+
+OTHERS = ({"format": 1}, {"system": "Plan9"}, {"machine": "m68k"}, {"implementation": "pypy"}, {"pointer": 4})
+TEXTS = ("", "{", "null", "{}", "[" * 100_000, '{"libraries": [{}]}', '{"libraries": 3}', "\x00\xff")
+OUTSIDE = ("../kernel.so", "/kernel.so", "", "sub/kernel.so")
+WRONG: list[tuple[Callable[[Path], object], str]] = [
+    *((lambda built, change=change: said(built, **change), "was built for") for change in OTHERS),
+    (lambda built: said(built, of_level="x86-64-v9"), "this processor does not have all that"),
+    *((lambda b, text=text: (b / MANIFEST).write_text(text), f"{MANIFEST} is damaged") for text in TEXTS),
+    *((lambda built, file=file: said(built, of_file=file), f"{MANIFEST} is damaged") for file in OUTSIDE),
+    (lambda built: library(built).write_bytes(b""), "its sha256 differs"),
+    (lambda built: library(built).write_bytes(library(built).read_bytes()[:-99]), "its sha256 differs"),
+    (lambda built: library(built).write_bytes(flipped(library(built).read_bytes())), "its sha256 differs"),
+    (of_text, "cannot be loaded"),
+    (lambda built: library(built).unlink(), "cannot be read"),
+    (
+        lambda built: said(built, libraries=[], reason="no linker"),
+        "the kernel could not be built (no linker)",
+    ),
+]
+
+
+@pytest.mark.parametrize(("spoil", "reason"), WRONG, ids=range(len(WRONG)))
+def test_library_that_is_not_what_it_should_be_is_not_loaded(
+    copy: tuple[Path, Path], spoil: Callable[[Path], object], reason: str
+) -> None:
+    spoil(copy[0])
+    assert reason in problem(copy)
+
+
+ROOM = 12
+Taken = Callable[..., tuple[int, list[float]]]
+
+
+@pytest.fixture(scope="module", params=["plain", "built"])
+def taken(request: pytest.FixtureRequest, ready: Any) -> Taken:
+    """What take returns, and the numbers that it wrote; twice the room was there."""
+    entry = ready.entry("taken", "oiiii")
+    call = take if request.param == "plain" else ready.kernel().load(entry)
+
+    def taken(source: Any, count: int = ROOM, first: int = 0, dimensions: int = 0) -> tuple[int, list[float]]:
+        out = np.full(2 * ROOM, np.nan)
+        found = int(call(source, first, out.ctypes.data, count, dimensions))
+        written = out[~np.isnan(out)]
+        assert np.isnan(out[len(written) :]).all()
+        return found, written.tolist()
+
+    return taken
+
+
+@settings(deadline=None)  # the first call compiles
+@given(st.lists(st.floats(allow_nan=False), max_size=2 * ROOM))
+def test_numbers_are_copied_bit_by_bit_as_far_as_there_is_room(taken: Taken, numbers: list[float]) -> None:
+    assert taken(np.array(numbers, dtype=float)) == (len(numbers), numbers[:ROOM])
+
+
+def test_numbers_are_taken_from_the_first_one_asked_for(taken: Taken) -> None:
+    A = np.arange(12.0).reshape(3, 4)
+    for source in (A, memoryview(A)):
+        assert taken(source, 4, first=4) == (8, [4.0, 5.0, 6.0, 7.0])
+        assert taken(source, 4, first=10) == (2, [10.0, 11.0])
+        assert taken(source, 4, first=12) == taken(source, 4, first=99) == (0, [])
+
+
+def test_another_number_of_dimensions_is_refused(taken: Taken) -> None:
+    A = np.arange(16.0)
+    for source in (A, A.reshape(4, 4), memoryview(A), memoryview(A.reshape(4, 4))):
+        assert taken(source, dimensions=np.ndim(source))[0] == 16
+        assert taken(source, dimensions=3 - np.ndim(source)) == (BAD_BUFFER, [])
+
+
+def test_what_is_no_contiguous_float64_is_refused(taken: Taken) -> None:
+    A = np.arange(12.0).reshape(3, 4)
+    for source in (
+        A.T,
+        A[:, 1],
+        A.ravel()[::2],
+        A.ravel()[::-1],
+        A.astype(">f8"),
+        A.astype(np.float32),
+        A.astype(np.int64),
+        A.astype(np.complex128),
+        A.astype(object),
+        A.view([("x", float), ("y", float)]),
+        np.array(3.0),
+        np.float64(3.0),
+        np.array(["2020-01-01"], dtype="M8[s]"),
+        [1.0, 2.0],
+        (1.0,),
+        3.0,
+        7,
+        None,
+        "12345678",
+        b"12345678",
+        object(),
+        memoryview(A)[::2],
+    ):
+        assert taken(source) == (BAD_BUFFER, [])

@@ -6,9 +6,7 @@ from scipy.integrate import solve_ivp
 from studies import unit_arm
 
 import ftqp
-from ftqp.analysis import outcome, point_to_point
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.kernel.entry.law_study import LawStudy
 from ftqp.kernel.layout.enums import Ending
 
@@ -47,13 +45,6 @@ def study():
 def panda():
     robot = ftqp.robots.load("panda")
     return robot, robot.pose(robot.neutral + 0.3 * np.array([1, -1, 0.5, 0.3, 0.2, 0.5, 1]))
-
-
-def panda_study(panda, rows):
-    robot, T = panda
-    goal = T if rows == "pose" else T[:3, 3]
-    found = goal_study(robot, goal, rows)
-    return LawStudy(found.free, np.eye(7), 6.0 * robot.length / 7), found, goal
 
 
 def test_ends_are_those_of_a_general_integrator_in_real_time(study):
@@ -147,66 +138,6 @@ def test_a_motion_that_is_followed_is_on_record_as_a_general_integrator_has_it(s
     assert run.errors == pytest.approx(np.abs(tips - complex(*GOAL)), abs=1e-12)
     assert run.way == pytest.approx(np.linalg.norm(np.diff(run.path, axis=0), axis=1).sum(), rel=1e-6)
     assert 25 <= len(few.t) <= 50 and np.isin(few.t, run.t).all() and np.array_equal(few.q, run.q)
-
-
-def test_creeping_along_a_nearly_singular_curve_ends_at_the_goal():
-    study = study_of((1.0, 1.0, 1.0), (1.5, 1.5))
-    starts = np.deg2rad([[-153.985, -0.01, 87.875], [-54.028, 0.354, -155.163], [-154.43, -1.153, 163.427]])
-    endings, _, facts = study.runs(starts, np.full(3, 2))
-    assert (endings == Ending.CORRECT).all() and (facts[:, 2] > 400).all()
-
-
-@pytest.mark.parametrize("rows", ["pose", "position"])
-def test_runs_of_an_arm_in_space_end_where_the_motion_in_real_time_is_late(panda, rows):
-    study, _, goal = panda_study(panda, rows)
-    robot = panda[0]
-    rng = np.random.default_rng(0)
-    starts, locked = robot.neutral + 0.6 * rng.normal(size=(24, 7)), rng.integers(0, 7, 24)
-    endings, ends, _ = study.runs(starts, 1 << locked)
-    assert (endings == Ending.UNRESOLVED).mean() < 0.05
-    for k in np.flatnonzero(endings <= Ending.ERRONEOUS)[:8]:
-        found = outcome(robot, goal, starts[k], int(locked[k]), rows=rows)
-        assert found.kind == Ending(int(endings[k])).name.lower()
-        late = point_to_point(
-            robot, goal, starts[k], duration=12.0 / max(found.rate, 0.05), locked=int(locked[k]), rows=rows,
-            samples=1,
-        )  # fmt: skip
-        assert late.errors[-1] == pytest.approx(found.error, abs=2e-3)
-        assert ends[k, locked[k]] == starts[k, locked[k]]
-
-
-@pytest.mark.parametrize(
-    ("rows", "ending", "least"), [("position", Ending.ERRONEOUS, 10), ("pose", Ending.SINGULAR, 5)]
-)
-def test_curves_of_rests_and_singular_ends_of_an_arm_in_space_are_what_they_are_said_to_be(
-    panda, rows, ending, least
-):
-    study, found, _ = panda_study(panda, rows)
-    rng = np.random.default_rng(3)
-    starts, locked = panda[0].neutral + 0.8 * rng.normal(size=(500, 7)), rng.integers(0, 7, 500)
-    endings, ends, _ = study.runs(starts, 1 << locked)
-    assert (endings == Ending.UNRESOLVED).mean() < 0.06
-    such = np.flatnonzero(endings == ending)
-    assert len(such) >= least
-    for k in such:
-        rule = UnawareLaw(found, np.eye(7), (locked[k],))
-        sigma = np.linalg.svd(rule.values(ends[k])[1], compute_uv=False)
-        if ending == Ending.SINGULAR:
-            assert sigma[-1] < 1e-4 * sigma[0]
-        else:
-            assert np.linalg.norm(rule.rates(ends[k])[0]) < 1e-6 and rule.sizes(ends[k]) > 1e-6
-
-
-@pytest.mark.parametrize(
-    ("goal", "which", "ending"),
-    [((3.8, 0.5), 0, Ending.CORRECT), ((3.8, 0.5), 1, Ending.ERRONEOUS), ((5.0, 0.5), 8, Ending.SINGULAR)],
-)
-def test_four_links_end_at_the_goal_on_a_curve_of_rests_or_stretched(goal, which, ending):
-    rng = np.random.default_rng(6)
-    starts, locked = rng.uniform(-np.pi, np.pi, (200, 4)), rng.integers(0, 4, 200)
-    study = LawStudy(goal_study(unit_arm(4), np.array(goal), "position").free, np.eye(4), 1.0)
-    endings, _, _ = study.runs(starts[[which]], 1 << locked[[which]])
-    assert endings[0] == ending
 
 
 def test_planar_and_spatial_kinematics_give_the_same_runs():

@@ -12,27 +12,6 @@ from ftqp.model import catalog
 from ftqp.model.robot import Robot
 
 
-def test_three_unit_links_have_two_self_motions_inside_one_metre_and_one_outside() -> None:
-    study = study_of(unit_arm(), (0, 1))
-    radii = np.linspace(0.05, 2.95, 30)
-    goals = [at(r * np.cos(5.0 * r), r * np.sin(5.0 * r)) for r in radii]
-    found = study.spread_curves(np.array(goals), starts(3), points=20, quiet=16, curves=4)
-    assert found.counts.tolist() == [2 if r < 1.0 else 1 for r in radii]
-
-
-def test_points_of_a_curve_lie_on_it_at_equal_arcs() -> None:
-    robot = unit_arm()
-    study = study_of(robot, (0, 1))
-    goals = np.array([at(1.5, 1.5), at(-0.8, 0.0)])
-    found = study.spread_curves(goals, starts(3), points=400, quiet=16, curves=4)
-    for k, j in ((0, 0), (1, 0), (1, 1)):
-        q = found.q[k, j]
-        assert max(np.abs(robot.pose(p)[:2, 3] - goals[k][:2, 3]).max() for p in q) < 1e-12
-        closing = q[0] + 2.0 * np.pi * found.winding[k, j]
-        chords = np.linalg.norm(np.diff(np.vstack([q, closing]), axis=0), axis=1)
-        assert chords == pytest.approx(found.lengths[k, j] / 400, rel=1e-3)
-
-
 def test_self_motions_do_not_depend_on_the_number_of_threads() -> None:
     study = study_of(unit_arm(), (0, 1))
     goals = np.array([at(x, 0.4) for x in np.linspace(0.1, 2.5, 17)])

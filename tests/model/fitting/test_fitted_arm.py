@@ -1,4 +1,4 @@
-"""What an arm has beside its model is found, with errors that are true, and what is not shown is said."""
+"""A motion that excites an arm, the log of its torques, and what is found from it."""
 
 from typing import Any
 
@@ -7,6 +7,109 @@ import pytest
 from tests.model.fitting.conftest import Truth
 
 import ftqp
+from ftqp.model.fitting.fitted_arm import KINDS, symmetric, torques
+from ftqp.model.fitting.torque_log import Pieces, pieces_of
+
+
+def test_it_begins_and_ends_at_rest_where_it_is_told(panda: ftqp.Robot, motion: Any) -> None:
+    for end in (0, -1):
+        np.testing.assert_allclose(motion.q[end], panda.neutral, atol=1e-12)
+        np.testing.assert_allclose(motion.v[end], 0.0, atol=1e-12)
+        np.testing.assert_allclose(motion.a[end], 0.0, atol=1e-12)
+
+
+def test_it_keeps_limits(panda: ftqp.Robot, motion: Any) -> None:
+    limits = panda.limits
+    assert (motion.q > limits.q_min).all() and (motion.q < limits.q_max).all()
+    assert (np.abs(motion.v) <= 0.61 * limits.v_max).all()
+    assert (np.abs(motion.a) <= 0.61 * limits.a_max).all()
+    tau = [panda.mass_matrix(q) @ a + panda.bias(q, v) for q, v, a in
+           zip(motion.q[::50], motion.v[::50], motion.a[::50], strict=True)]  # fmt: skip
+    assert (np.abs(tau) <= 0.75 * limits.tau_max).all()
+
+
+def test_it_is_made_smaller_until_it_is_clear(panda: ftqp.Robot) -> None:
+    def near(q: Any) -> bool:
+        return bool(np.abs(q - panda.neutral).max() < 0.3)
+
+    motion = ftqp.exciting_motion(panda, duration=6.0, dt=0.01, clear=near)
+    assert near(motion.q)
+
+
+@pytest.mark.slow
+def test_where_no_size_is_clear_there_is_no_motion(panda: ftqp.Robot) -> None:
+    with pytest.raises(ftqp.InputError, match="no motion of panda from this posture is clear"):
+        ftqp.exciting_motion(panda, duration=6.0, dt=0.01, clear=lambda q: False)
+
+
+def test_too_short_a_motion_is_refused(panda: ftqp.Robot) -> None:
+    with pytest.raises(ftqp.InputError, match="duration is 3 s, expected 6 s or more"):
+        ftqp.exciting_motion(panda, duration=3.0)
+
+
+def wave(t: np.ndarray) -> ftqp.TorqueLog:
+    q = np.stack([np.sin(2.0 * t), 0.5 * np.cos(3.0 * t)], axis=1)
+    return ftqp.TorqueLog(t=t, q=q, tau=q)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.4])
+def test_speed_and_acceleration_are_those_of_the_motion(jitter: float) -> None:
+    t = np.arange(0.0, 5.0, 0.004)
+    pieces = pieces_of(wave(t + jitter * 0.004 * np.random.default_rng(0).random(len(t))))
+    np.testing.assert_allclose(pieces.v[:, 0], 2.0 * np.cos(2.0 * pieces.t), atol=1e-3)
+    np.testing.assert_allclose(pieces.a[:, 0], -4.0 * np.sin(2.0 * pieces.t), atol=1e-2)
+
+
+def test_torques_that_act_later_are_put_beside_their_positions() -> None:
+    t, late = np.arange(0.0, 5.0, 0.004), 0.01
+    q = np.sin(2.0 * t)[:, None]
+    pieces = pieces_of(ftqp.TorqueLog(t=t, q=np.sin(2.0 * (t - late))[:, None], tau=q, late=late))
+    np.testing.assert_allclose(pieces.q, pieces.tau, atol=1e-4)
+
+
+def test_samples_that_are_too_rare_are_refused() -> None:
+    with pytest.raises(ftqp.InputError, match="has 10 samples a second, expected 33 at least"):
+        pieces_of(wave(np.arange(0.0, 20.0, 0.1)))
+
+
+@pytest.mark.parametrize(
+    ("t", "q", "message"),
+    [
+        ([0.0, 0.1, 0.1] * 4, np.zeros((12, 2)), "t of the log does not rise from row 1"),
+        (np.arange(12.0), np.full((12, 2), np.nan), "q of the log is not finite at row 0"),
+        (np.arange(12.0), np.zeros((11, 2)), r"expected \(K,\), \(K, nv\) and \(K, nv\)"),
+        (np.arange(3.0), np.zeros((3, 2)), "the log has 3 samples"),
+        (np.arange(12.0), "positions", "q of the log is no array of numbers"),
+    ],
+)
+def test_what_is_no_log_is_refused(t: object, q: object, message: str) -> None:
+    with pytest.raises(ftqp.InputError, match=message):
+        ftqp.TorqueLog(t=t, q=q, tau=np.zeros((12, 2)) if np.shape(q) != (3, 2) else q)  # type: ignore[arg-type]
+
+
+def _at(motion: Any) -> Pieces:
+    every = slice(100, None, 400)
+    q, v, a = motion.q[every], motion.v[every], motion.a[every]
+    return Pieces(motion.t[every], q, v, a, np.zeros_like(q), 0.0, 0.0)
+
+
+def test_torques_are_those_of_the_model(panda: ftqp.Robot, motion: Any) -> None:
+    robot, at = panda.with_friction(viscous=0.4).with_rotors(0.1), _at(motion)
+    own = [robot.mass_matrix(q) @ a + robot.bias(q, v) for q, v, a in zip(at.q, at.v, at.a, strict=True)]
+    np.testing.assert_allclose(torques(robot, at), own, atol=1e-10)
+
+
+def test_a_load_is_linear_in_mass_moments_and_inertia(panda: ftqp.Robot, motion: Any) -> None:
+    load, at = ftqp.Payload(2.0, (0.05, -0.1, 0.2), np.diag([0.01, 0.02, 0.025])), _at(motion)
+    about = np.array(load.inertia) + load.mass * (
+        load.com @ load.com * np.eye(3) - np.outer(load.com, load.com)
+    )
+    six = [about[i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))]
+    np.testing.assert_allclose(symmetric(np.array(six)), about)
+    unknown = np.array([load.mass, *(load.mass * load.com), *six])
+    added = torques(panda.with_payload(load), at) - torques(panda, at)
+    columns = KINDS["load"].columns(panda, at, added)
+    np.testing.assert_allclose(columns @ unknown, added, atol=1e-10)
 
 
 @pytest.fixture(scope="module")

@@ -1,18 +1,22 @@
-"""Raw rows of ticks and of blocks, and the columns that are made of them, against other means."""
+"""Rows of a log as the kernel writes them, and what they tell of a run."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import ftqp
 from ftqp.control.paths import Circle
 from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.model import catalog
+from ftqp.qp import Recorder
 from ftqp.sim.base.moving_world import Platform
 from ftqp.sim.leader import ClockLeader, ClockTargets
+from ftqp.sim.log.description import recorded
 from ftqp.sim.log.log_arrays import Log, MemoryRows
 from ftqp.sim.log.raw_rows import PER_JOINT, RawLayout, table
 from ftqp.sim.log.signals import base_columns, columns
 from ftqp.sim.log.tick_recorder import TickRecorder
+from ftqp.sim.schedule import FaultEvent, Schedule
 
 COUNT = 40
 EQUAL = ("position_error", "rotation_error", "scale", "status", "qp_status", "qp_iterations", "qp_residual",
@@ -118,3 +122,33 @@ def test_block_of_raw_rows_gives_the_log_of_its_ticks(made, panda):
         np.testing.assert_array_equal(slow.log[name], fast.log[name])
     assert set(fast.log["truth.panda_joint4"]) == {FreeSwinging.number}
     assert set(fast.log["belief.panda_joint3"]) == {Locked.number}
+
+
+@pytest.fixture(scope="module")
+def recording():
+    robot = ftqp.robots.load("planar6")
+    recorder = Recorder("daqp", first=5, last=24)
+    planner = ftqp.Planner(robot, 0.01, backend=recorder)
+    recorder.follow(planner)
+    path = ftqp.paths.Line(robot.pose(robot.neutral), (0.01, 0.0, 0.0), duration=0.5)
+    schedule = Schedule([FaultEvent(0.2, ftqp.Locked(2, mode="instant"))])
+    ftqp.Simulation(planner, path, q=robot.neutral, schedule=schedule).run()
+    return recorded(recorder, planner, path, schedule, {"scenario": "a line"})
+
+
+def test_ticks_are_those_of_the_run(recording):
+    assert recording.tick.tolist() == list(range(5, 25))
+    np.testing.assert_allclose(recording.time, 0.01 * recording.tick)
+
+
+def test_metadata_tell_robot_fault_and_backend(recording):
+    about = recording.metadata
+    assert (about["robot"], about["backend"], about["scenario"]) == ("planar6", "daqp", "a line")
+    assert about["faults"][0] | {"joint": "j3", "at": 0.2} == about["faults"][0]
+    assert about["length"] > 0.0 and about["level"] == "acceleration" and "ftqp" in about["versions"]
+
+
+def test_a_lock_shows_as_equal_bounds_and_a_cold_start(recording):
+    fixed = recording.lb[:, 2] == recording.ub[:, 2]
+    assert fixed.tolist() == [False] * 15 + [True] * 5
+    assert np.flatnonzero(recording.cold).tolist() == [15]

@@ -64,18 +64,6 @@ def torque_arm(panda, true=None):
     return MujocoPlant(panda, DT, JointServo(panda, "torque"), true)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
-def test_healthy_circle_is_followed_within_a_fraction_of_a_millimetre(panda, drive):
-    plant = MujocoPlant(panda, DT, JointServo(panda, drive))
-    path = Circle(panda.pose(START), 0.1, axes=("x", "y"), duration=6.0)
-    planner = Planner(panda, DT, drive={"kind": drive} | ({} if drive == "torque" else {"bandwidth": 94.0}))
-    log = Simulation(planner, path, q=START, plant=plant, log="memory").run().log
-    assert np.linalg.norm(log["tip"][:, :3] - log["target"][:, :3], axis=1).max() < (
-        1.5e-4 if drive == "position" else 1e-4
-    )
-
-
 def test_servo_without_commanded_velocity_is_late_by_twice_its_time_constant(panda):
     servo = JointServo(panda, bandwidth=94.0, takes_velocity=False)
     plant = MujocoPlant(panda, DT, servo)

@@ -1,4 +1,4 @@
-"""Pages in a real browser: clicks reach the arm, what happens is seen, and no name is more than text."""
+"""Pages in a real browser: clicks reach the arm, and what happens is seen."""
 
 from threading import Event, Thread
 from time import monotonic, sleep
@@ -9,7 +9,7 @@ from tests.viz.live.stepped_source import SteppedSource
 from tests.viz.live.still_source import StillSource
 
 import ftqp
-from ftqp.sim.session.session_commands import Aim, Break, Play, TakeWay
+from ftqp.sim.session.session_commands import Break, Play, TakeWay
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.recording import recording
 from ftqp.viz.live.stage import HeatMap
@@ -17,9 +17,6 @@ from ftqp.viz.live.stage import HeatMap
 pytestmark = pytest.mark.slow
 PATIENCE = 120.0
 """How long anything may take on a busy machine [s]."""
-
-PAUSED, RUNNING = "+d.tick > 0 && d.paused === 'true'", "d.paused === 'false'"
-"""What the head of the page says of its clock."""
 
 
 @pytest.fixture(scope="module")
@@ -134,63 +131,6 @@ def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page,
     press(tab, "repair", 6, "d.faults === ''")
 
 
-def test_the_target_can_be_dragged(source, page, tab):
-    press(tab, "pause", 0, PAUSED)
-    start = source.frame().target
-    until(lambda: np.allclose(page._scene.handles.tip.control.position, start[:3, 3]))
-    client = next(iter(page._server.get_clients().values()))
-    size = page._scene.size
-
-    def place(point):
-        """Where a point of the scene is in the window."""
-        camera, box = client.camera, tab.locator("canvas").first.bounding_box()
-        w, x, y, z = camera.wxyz
-        R = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
-        ray = R.T @ (point - camera.position)
-        focal = 0.5 * box["height"] / np.tan(0.5 * camera.fov)
-        centre = np.array([box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]])
-        return centre + focal * ray[:2] / ray[2]
-
-    axis = start[:3, 2]
-    grip = place(start[:3, 3] + 0.16 * size * axis)
-    away = place(start[:3, 3] + 0.26 * size * axis)
-
-    def aimed():
-        """Where the target was led to last; that order may come late."""
-        return [start, *(order.pose for order in source.orders if isinstance(order, Aim))][-1]
-
-    def led():
-        """By how much the target was led, and along which way."""
-        return aimed()[:3, 3] - start[:3, 3]
-
-    for _ in range(5):
-        tab.mouse.move(*(grip + 3.0))
-        sleep(0.3)
-        tab.mouse.move(*grip)
-        sleep(0.3)
-        tab.mouse.down()
-        tab.mouse.move(*away, steps=10)
-        tab.mouse.up()
-        if comes(lambda: np.linalg.norm(led()) > 0.05 * size, 5.0):
-            break
-    assert led() @ axis == pytest.approx(np.linalg.norm(led()), rel=1e-3)
-    assert led() @ axis > 0.05 * size
-    press(tab, "resume", 0, RUNNING)
-
-    def left():
-        """What is left of the way; a drag that the machine delivers late may lead out of reach."""
-        return np.linalg.norm(source.frame().tip[:3, 3] - aimed()[:3, 3])
-
-    until(lambda: left() < 0.3 * np.linalg.norm(led()), lambda: f"{led()=} {left()=} {source.frame()=}")
-    insist(tab.get_by_role("button", name="to path", exact=True).click, lambda: aimed() is None)
-
-
 def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, page, tab):
     tab.get_by_role("tab", name="Ways out").click()
     insist(lambda: click(tab, "look", 0), lambda: "go home" in tab.inner_text("#ftqp-ways"))
@@ -209,6 +149,26 @@ def test_ways_out_are_ghosts_with_a_price_and_a_click_on_one_takes_it(source, pa
     )
 
 
+def test_a_click_on_the_map_of_failures_plays_one(opened):
+    robot = ftqp.robots.load("planar", lengths=(0.4, 0.3))
+    heat = HeatMap(
+        joints=robot.joints, times=np.arange(4.0), codes=np.array([[0, 0, 1, 1], [1, 0, 0, 0]]),
+        words={0: "survived", 1: "lost"}, colours={0: "#DCEFE6", 1: "#E69F00"}, coverage=5 / 8,
+    )  # fmt: skip
+    still = StillSource(robot, heat=heat)
+    with Page(still, port=0) as page:
+        tab = opened(page.url, size=(900, 420))
+        tab.wait_for_selector("#ftqp-status")
+        tab.get_by_role("tab", name="Failures").click()
+        tab.locator("#ftqp-failures").scroll_into_view_if_needed()
+        box = tab.locator("#ftqp-failures").bounding_box()
+        tab.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.25 * box["height"])
+        until(lambda: still.orders)
+        assert still.orders == [Play(robot.joints[0], 2.0)]
+        tab.wait_for_function("document.body.innerText.includes('locks at 2.00 s')")
+        tab.context.close()
+
+
 def test_a_recording_opens_from_a_file_with_the_network_off_and_asks_for_nothing(tmp_path, opened):
     source = SteppedSource(seconds=0.1, overrides=["faults=[]", "path.duration=3"])
     frames = [source.frame() for _ in range(5)]
@@ -224,30 +184,3 @@ def test_a_recording_opens_from_a_file_with_the_network_off_and_asks_for_nothing
     assert tab.get_by_text("locked joint").count() == 1
     assert asked == [file.as_uri()]
     tab.context.close()
-
-
-def test_a_click_on_the_map_of_failures_plays_one_and_no_name_is_more_than_text(opened):
-    names = ("<script>window.hacked = 1</script>", '"><img src=x onerror="window.hacked = 2">')
-    robot = ftqp.Robot.from_dh([[0, 0.1, 0.4, 0], [0, 0, 0.3, 0]], joints=list(names), acceleration=5.0)
-    codes = np.array([[0, 0, 1, 1], [1, 0, 0, 0]])
-    heat = HeatMap(
-        joints=names, times=np.array([0.0, 1.0, 2.0, 3.0]), codes=codes, words={0: "survived", 1: names[1]},
-        colours={0: "#DCEFE6", 1: "#E69F00"}, coverage=5 / 8,
-    )  # fmt: skip
-    still = StillSource(robot, heat=heat, title=names[1], robots=names, schemes=names)
-    still.facts |= {"message": names[1], "truth": np.array([1, 2]), "belief": np.array([1, 2])}
-    with Page(still, port=0) as page:
-        tab = opened(page.url, size=(900, 420))
-        tab.wait_for_selector("#ftqp-status")
-        tab.get_by_role("tab", name="Failures").click()
-        tab.locator("#ftqp-failures").scroll_into_view_if_needed()
-        box = tab.locator("#ftqp-failures").bounding_box()
-        tab.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.25 * box["height"])
-        until(lambda: still.orders)
-        assert still.orders == [Play(names[0], 2.0)]
-        tab.wait_for_function("document.body.innerText.includes('locks at 2.00 s')")
-        for name in ("Setup", "Show", "Joints"):
-            tab.get_by_role("tab", name=name).click()
-        assert tab.get_by_role("button", name="lock", exact=True).count() == 2
-        assert tab.evaluate("typeof window.hacked") == "undefined"
-        tab.context.close()

@@ -6,7 +6,7 @@ import pytest
 
 from ftqp.viz.pages.page import heading, page, paragraph, picture, table
 
-PNG = bytes.fromhex(
+PIXEL = bytes.fromhex(
     "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de0000000c4944415408d763f8cfc0000003010100"
     "18dd8db00000000049454e44ae426082"
 )
@@ -34,7 +34,7 @@ class Reader(HTMLParser):
 @pytest.fixture
 def read(tmp_path):
     file = tmp_path / "p.png"
-    file.write_bytes(PNG)
+    file.write_bytes(PIXEL)
     text = page(
         "arm <script>",
         [

@@ -30,7 +30,7 @@ from ftqp.kernel.rows.task_terms import keep_shared, share
 BRAKING_SHARE = 0.25
 """Where torque limits cannot be kept in a stop, each joint brakes by this share of what it wants at least.
 Joints swung at their limits to lessen an excess that nothing removes
-(tests/robustness/test_stop_under_a_load.py); the quarter is a guess."""
+(tests/robustness/test_stopped_arm.py); the quarter is a guess."""
 
 
 @jit

@@ -18,7 +18,7 @@ TO_AND_FRO = 0.5
 """It is a swing where the joints come no farther than this share of the way that they go ..."""
 LEAST_WAY = 0.005
 """... and that is more than what one joint goes in a window at this share of its velocity limit. What they
-must tell apart is in tests/robustness/test_schemes_that_swing.py."""
+must tell apart is in tests/robustness/test_stopped_arm.py."""
 TIMES = 2
 """An arm that swings once comes to rest beside its task; seen so often, it no longer asks for its error."""
 

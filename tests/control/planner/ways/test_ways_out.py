@@ -190,19 +190,6 @@ def test_options_without_a_plan_are_the_clear_ways_and_a_stop():
     assert all(one.q.shape[1] == 7 and one.sentence for one in options)
 
 
-def test_second_failure_on_the_way_back_is_borne():
-    planner, q, v = on_the_way(400, ftqp.Locked(3, mode="instant"), at=60)
-    goto = ftqp.GoTo(planner, way=planner.ways_out()[0])
-
-    def each(k):
-        if k == 40:
-            planner.report(ftqp.Locked(0))
-
-    steps = go(goto, q, v, longest=30.0, each=each)
-    assert goto.done and goto.status in (ftqp.GoToStatus.REACHED, ftqp.GoToStatus.UNREACHABLE)
-    assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
-
-
 def test_bad_input_gets_a_sentence():
     planner = ftqp.Planner(PANDA, DT)
     with pytest.raises(ftqp.InputError, match=r"call planner\.reset"):
