@@ -2,11 +2,8 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from ftqp.app.commands.options import Json
 from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.core.errors import InputError, unknown
 
@@ -22,20 +19,18 @@ FORMATS = {
 
 
 def export(
-    source: Annotated[
-        str,
-        typer.Argument(metavar="RUN|ROBOT", help="The folder of a run, its log, or a robot of the catalog."),
-    ],
-    form: Annotated[str, typer.Option("--format", metavar="NAME", help=", ".join(FORMATS))],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="New file or folder; next to the log if left out."
-        ),
-    ] = None,
-    as_json: Json = False,
+    source: str,
+    form: str,
+    output: Path | None = None,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Write a run for other programs: a ROS 2 bag, CSV, NPZ, MAT, a trajectory, or its arm as a URDF."""
+    """Write a run for other programs: a ROS 2 bag, CSV, NPZ, MAT, a trajectory, or its arm as a URDF.
+
+    Options:
+        source RUN|ROBOT: The folder of a run, its log, or a robot of the catalog.
+        form --format NAME: mcap, csv, npz, mat, trajectory, urdf
+        output -o --output FILE: New file or folder; next to the log if left out.
+    """
     if form not in FORMATS:
         raise unknown("format", form, "ftqp export", FORMATS)
     facts = _of_run(Path(source), form, output) if Path(source).exists() else _of_robot(source, form, output)
