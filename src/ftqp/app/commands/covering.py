@@ -2,10 +2,10 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final
 
 import numpy as np
 
@@ -33,52 +33,28 @@ from ftqp.kernel.layout.enums import Survival
 from ftqp.model.robot import Robot
 
 KIND, BOUND = "coverage", "coverage bound"
-COLUMNS: Final = {
-    "failure": "TEXT", "t": "REAL", "status": "TEXT", "last_sample": "INTEGER", "position": "REAL",
-    "rotation": "REAL", "margin": "REAL", "hurry": "REAL", "clearance": "REAL",
-}  # fmt: skip
+NUMBERS: Final = ("position", "rotation", "margin", "hurry", "clearance")
+"""What is known of a continuation beside its status and its last sample, by name and column."""
+COLUMNS: Final = {"failure": "TEXT", "t": "REAL", "status": "TEXT", "last_sample": "INTEGER"} | dict.fromkeys(
+    NUMBERS, "REAL"
+)
 BOUND_FOLDER: Final = "bound"
 
 
-@final
-@dataclass(frozen=True)
-class PairWork:
-    """Computes the rows of some of all pairs, a chunk by so many threads; None is one a core."""
-
-    pairs: Pairs
-    threads: int | None
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
-        """The rows of the pairs with these numbers."""
-        pairs, found = self.pairs, self.pairs.runs(items, self.threads)
-        joints, F = pairs.task.robot.joints, len(pairs.failures)
-        names = ["+".join(joints[i] for i in failed) for failed in pairs.failures]
-        values = zip(
-            found.sample.tolist(), found.position.tolist(), found.rotation.tolist(), found.margin.tolist(),
-            found.hurry.tolist(), found.clearance.tolist(), strict=True,
-        )  # fmt: skip
-        return [
-            (
-                names[item % F],
-                float(pairs.task.t[pairs.samples[item // F]]),
-                Survival(int(status)).name,
-                *more,
-            )
-            for item, status, more in zip(items, found.status, values, strict=True)
-        ]
+def pair_rows(pairs: Pairs, threads: int | None, items: Sequence[int]) -> list[tuple[Any, ...]]:
+    """The rows of the pairs with these numbers, by so many threads; None is one a core."""
+    found, joints, F = pairs.runs(items, threads), pairs.task.robot.joints, len(pairs.failures)
+    names = ["+".join(joints[i] for i in failed) for failed in pairs.failures]
+    values = zip(*(getattr(found, name).tolist() for name in ("status", "sample", *NUMBERS)), strict=True)
+    return [
+        (names[item % F], float(pairs.task.t[pairs.samples[item // F]]), Survival(status).name, *more)
+        for item, (status, *more) in zip(items, values, strict=True)
+    ]
 
 
-@final
-@dataclass(frozen=True)
-class BoundWork:
-    """Looks at any posture at some of all samples, a chunk by so many threads; None is one a core."""
-
-    bound: Bound
-    threads: int | None
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
-        """How many joints any posture can do without, at the samples with these numbers."""
-        return [(int(count),) for count in self.bound.counts(items, self.threads)]
+def bound_rows(bound: Bound, threads: int | None, items: Sequence[int]) -> list[tuple[Any, ...]]:
+    """How many joints any posture can do without, at the samples with these numbers."""
+    return [(int(count),) for count in bound.counts(items, threads)]
 
 
 def report_of(
@@ -105,14 +81,14 @@ def report_of(
     threads = None if jobs is None and dask is None else 1
     share: dict[str, Any] = {"what": name, "jobs": 1 if jobs is None else jobs, "dask": dask}
     with ResultsFile(folder, kind=KIND, columns=COLUMNS, **common) as results:
-        run_study(PairWork(pairs, threads), pairs.count, results, **share).refuse_gaps("items")
+        run_study(partial(pair_rows, pairs, threads), pairs.count, results, **share).refuse_gaps("items")
         found = _continuations(results.table())
     most = None
     if bound is not None:
         columns = {"joints": "INTEGER"}
         with ResultsFile(folder / BOUND_FOLDER, kind=BOUND, columns=columns, **common) as results:
-            samples = BoundWork(bound, threads)
-            run_study(samples, len(bound.samples), results, **share).refuse_gaps("items")
+            work = partial(bound_rows, bound, threads)
+            run_study(work, len(bound.samples), results, **share).refuse_gaps("items")
             most = np.array([row[1] for row in results.table()], dtype=np.int64)
     return case.report(found, most)
 
@@ -122,11 +98,8 @@ def _continuations(rows: Sequence[Sequence[Any]]) -> Continuations:
     _, _, _, names, samples, *numbers = zip(*rows, strict=True)
     values = np.array(numbers, dtype=np.float64)  # which makes NaN of None
     status = np.array([Survival[name] for name in names], dtype=np.int64)
-    position, rotation, margin, hurry, clearance = values
-    return Continuations(
-        status=status, sample=np.array(samples, dtype=np.int64), position=position, rotation=rotation,
-        margin=margin, hurry=hurry, clearance=clearance,
-    )  # fmt: skip
+    sample = np.array(samples, dtype=np.int64)
+    return Continuations(status=status, sample=sample, **dict(zip(NUMBERS, values, strict=True)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -281,9 +254,7 @@ def hours_by_joint(robot: Robot, text: str) -> dict[str | int, float]:
 
 def mission_of(rep: CoverageReport, hours: dict[str | int, float]) -> dict[str, float]:
     """The probability that the task is finished."""
-    found = rep.mission_survival(hours)
-    return {"low": found.low, "likely": found.likely, "high": found.high, "without": found.without,
-            "coverage": found.coverage}  # fmt: skip
+    return asdict(rep.mission_survival(hours))
 
 
 def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: Path) -> dict[str, Any]:

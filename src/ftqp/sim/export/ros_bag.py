@@ -138,7 +138,7 @@ class Ticks:
 
     def __getitem__(self, group: str) -> FloatArray:
         """Signals of a group, (K, count)."""
-        chosen: FloatArray = self.block[:, self._groups[group]]
+        chosen: FloatArray = np.ascontiguousarray(self.block[:, self._groups[group]])
         return chosen
 
     def names(self, group: str) -> list[str]:
