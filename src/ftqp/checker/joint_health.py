@@ -13,11 +13,7 @@ IMPACT = 0.1
 
 
 def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]]:
-    """Which joints obey, (K, nv), and the limits that are left, (K, nv) by name, at each tick.
-
-    A weakened joint has its lower limits from the report on; until then nobody knows that it does
-    not follow its command.
-    """
+    """Which joints obey, (K, nv), and limits left by name, (K, nv); a weak joint's from its report."""
     t = run.t
     obeys = np.ones((len(t), len(arm.names)), dtype=np.bool_)
     limits = {
@@ -48,10 +44,7 @@ def jumps(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
 
 
 def thrown(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
-    """Ticks in which others are thrown by such a joint, (K,): what they are given then, they may have.
-
-    Those of ``jumps``, but of the time in which an arm in physics swings only the blow itself.
-    """
+    """Ticks in which others are thrown by such a joint, (K,): of physics the blow alone."""
     after = max(1, round(strict.blow / run.dt))
     spread = np.convolve(_blows(arm, run), np.ones(after + 1))[: len(run.status)] > 0.0
     return _locks(run) | spread

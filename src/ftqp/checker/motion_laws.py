@@ -168,10 +168,7 @@ def _swings(arm: ModelFile, run: Trace, begin: int, end: int) -> FloatArray:
 
 
 def chatter(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
-    """How many jolts in a row a joint gives beyond those of a correction, (K, nv).
-
-    A jolt is a full acceleration that turns into a full one of the other sign within some ticks.
-    """
+    """How many jolts, full acceleration one way and soon the other, beyond a correction, (K, nv)."""
     obeys, limits = health(arm, run)
     a = np.diff(run.v, axis=0) / run.dt
     counts = obeys & ~jumps(arm, run, strict)[:, None] & (np.abs(a) >= FULL * limits["a_max"])

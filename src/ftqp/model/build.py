@@ -172,10 +172,7 @@ def _limits(
 def _without_unknown_torques(
     arm: Any, chain: Chain, limits: JointLimits, given: Mapping[str, Any]
 ) -> tuple[JointLimits, list[Finding]]:
-    """Limits in which a torque that is 0, or no number, in the file is none, if nothing uses torques.
-
-    Torques are used where the arm has masses and a joint has a limit of them: then 0 is refused later.
-    """
+    """Limits without torques of 0 or NaN, unless masses and another joint's torque limit use them."""
     stated = given.get("tau_max", {})
     stated = stated if isinstance(stated, Mapping) else chain.names
     tau, motors = limits.tau_max, ~is_led(chain)

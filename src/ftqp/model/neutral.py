@@ -62,10 +62,7 @@ class Arm:
         return least_singular_value(coupled_columns(self.chain, J)[:, self._useful]) / self._length
 
     def merit(self, q: FloatArray) -> float:
-        """The regularity, less where a limit is near, a motor too weak or the arm below its base.
-
-        Nearness counts in the outer quarters of a range only.
-        """
+        """The regularity, less in the outer quarters of a range, with a motor too weak, or below the base."""
         worth = self.regularity(q) * self._room(q)
         return worth if self.holds(q) and not self._is_low() else worth * HANDICAP
 

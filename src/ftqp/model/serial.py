@@ -71,11 +71,7 @@ def serial_model(
     frames: Sequence[tuple[str, FloatArray]],
     gravity: Sequence[float] = EARTH,
 ) -> Any:
-    """A pinocchio model of the arm.
-
-    Limits are also written into the model, and ``frames`` are on the last body, each with its pose (4, 4) in
-    the last joint's frame. A joint that turns without end has one more nq.
-    """
+    """A pinocchio model of the arm with its limits; ``frames`` are (4, 4) in the last joint's frame."""
     model = pin.Model()
     model.name = name
     model.gravity = pin.Motion(np.array([*gravity, 0.0, 0.0, 0.0]))

@@ -35,11 +35,7 @@ _DISTANCES = {
 
 @final
 class FurtherMeasures:
-    """Errors of the further tasks, distances of kept points and clearances of a planner, at any posture.
-
-    Tasks and constraints of the user's own that say no unit have no error that could be known here, and are
-    left out.
-    """
+    """Errors of further tasks, distances of kept points, clearances at any posture, if they have a unit."""
 
     def __init__(self, planner: Planner) -> None:
         self._planner = planner

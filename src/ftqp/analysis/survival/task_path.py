@@ -355,10 +355,7 @@ def _refuse_other_start(
 
 
 def task_errors(names: tuple[str, ...], axis: bool, goals: FloatArray, poses: FloatArray) -> FloatArray:
-    """Errors of the task rows from poses to goals, (K, m) [m, rad]: p_d - p, the rotation vector of R_d R'.
-
-    Of an axis task the two turns are the shortest one of the tool's z axis, along the goal's x and y axes.
-    """
+    """Errors p_d - p and the rotation vector of R_d R', of an axis its shortest turn, (K, m) [m, rad]."""
     from scipy.spatial.transform import Rotation  # slow to load
 
     errors = np.zeros((len(goals), 6))

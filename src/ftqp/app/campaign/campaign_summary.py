@@ -75,11 +75,7 @@ def detector_values(setup: Setup, log: Log) -> dict[str, Any]:
 
 
 def _is_visible(setup: Setup, log: Log, failure: Failure) -> bool:
-    """Whether a failure made a difference: its joint strays, or its motor gives all that it has left.
-
-    A joint that stands where it should stand may as well be locked, and a motor with half of its torque is a
-    healthy one as long as it is asked for less.
-    """
+    """Whether a failure made a difference: its joint strays, or its motor gives all that it has left."""
     joint = setup.robot.joints[failure.joint]
     after = log["t"] >= failure.since
     if failure.kind == "degraded":

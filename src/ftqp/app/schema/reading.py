@@ -1,7 +1,4 @@
-"""Reads the tables of a file by the settings of classes: strictly, and with all that is wrong at once.
-
-Every error is one sentence with the dotted path of the place in the file.
-"""
+"""Reads tables of a file by the settings of classes: strictly, all errors at once, each with its path."""
 
 import json
 from collections.abc import Mapping

@@ -52,10 +52,7 @@ class Motion:
         goal_a: FloatArray | None = None,
         least: float = 0.0,
     ) -> bool:
-        """Plan the motion to a place, and say whether there is one; else the motion brakes to rest.
-
-        It ends with a velocity and an acceleration, and takes as long as ``least`` [s] or longer.
-        """
+        """Plan the motion to a place in ``least`` [s] or more; False where it can only brake to rest."""
         top = np.minimum(v_max, ENDLESS)
         end = np.zeros(len(goal)) if goal_v is None else np.clip(goal_v, -TOUCHING * top, TOUCHING * top)
         given = self._input

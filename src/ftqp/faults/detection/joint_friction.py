@@ -32,10 +32,7 @@ class Friction(NamedTuple):
 
 
 def friction_of(robot: Robot, logs: Sequence[MotionLog], dt: float, delay: int) -> Friction:
-    """Friction by least squares, together with an unknown load at the tip and rotors.
-
-    Source: docs/how-to/identify.md.
-    """
+    """Friction by least squares with an unknown load at the tip and rotors: docs/how-to/identify.md."""
     none = Friction(np.zeros(robot.nv), np.zeros(robot.nv))
     if not robot.has_inertia:
         return none

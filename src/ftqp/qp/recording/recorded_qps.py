@@ -84,11 +84,7 @@ class Recording:
     metadata: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        """Check the parts against each other.
-
-        Raises:
-            InputError: A wrong shape or type, ticks that do not rise, or names that do not fit.
-        """
+        """Check the parts against each other."""
         for name in SHAPES:
             try:
                 value: Any = np.array(getattr(self, name), dtype=WHOLE.get(name, float), order="C")

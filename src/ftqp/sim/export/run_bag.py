@@ -222,10 +222,7 @@ TEXT = "std_msgs/msg/String"
 
 
 def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, notify: Told = silent) -> int:
-    """All ticks of a run in a new bag, a folder with ``metadata.yaml`` and an MCAP file.
-
-    Topics are those of the list above; those of a robot are there where one is given.
-    """
+    """All ticks of a run in a new bag, a folder; how many messages it has. ``/tf`` needs the robot."""
     ticks, about, sent = Ticks(rows), rows.metadata, 0
     with whole_folder(folder) as part, RosBag(part, {STEP: step_definition()}) as bag:
         topics = Topics(bag, ticks, robot, float(about["dt"]), about["level"]).all

@@ -170,10 +170,7 @@ def _surroundings(planner: Planner) -> dict[str, Any]:
 
 
 def _mounted(robot: Robot, task: RunningTask) -> dict[str, Any]:
-    """Of a task that OK is a claim about, by which joints its frames move, and its target as it is now.
-
-    ``at_zero`` is the pose of the frame, or of its point, while all joints are at 0, in the base frame.
-    """
+    """Of a task that OK claims: the joints of its frames, their poses with joints at 0, its target now."""
     given, found = task.given, dict[str, Any]()
     meant = given.counts or (given.level == FIRST and given.required is None)
     if not meant or isinstance(given, OwnTask):

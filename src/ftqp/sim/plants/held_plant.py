@@ -27,10 +27,7 @@ class Hold:
 
 @final
 class HeldPlant(PlantAround):
-    """Another plant, each joint of which is locked at once by every hold, and repaired when that is over.
-
-    What befell a joint meanwhile befalls it then; one whose brake closed meanwhile goes on standing.
-    """
+    """Another plant whose joints all lock with every hold; what befell one meanwhile befalls it later."""
 
     __slots__ = ("_failed", "_robot", "_spans")
 

@@ -71,11 +71,7 @@ LINEAR = ("x", "y", "z")
 
 @final
 class RivalArm:
-    """It follows the path of an arm beside it, has the same failures, and gets the reports of a person.
-
-    What a detector finds it does not learn. While a hand leads the other arm, or that goes back to its path,
-    there is no rival; it begins anew beside the arm when that begins its path.
-    """
+    """It follows the path of an arm beside it, failing and told as that is, and rests while a hand leads."""
 
     def __init__(self, rival: SessionRival, beside: SessionArm) -> None:
         self._plant, self._sensors, self._beside = rival.plant, rival.sensors, beside

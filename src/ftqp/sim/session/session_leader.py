@@ -24,12 +24,7 @@ DETOURS = 2
 
 @final
 class SessionLeader(Leader):
-    """Leads the arm along its path without end, to where a hand points, and back to the path.
-
-    The way back is an `ftqp.GoTo` to where the path begins; from there it begins anew. Where that does not
-    get there, the arm first folds back to the posture in which it began, and where that does not help, it
-    waits. A path that is not closed is followed to its end and back.
-    """
+    """Leads the arm along its path without end, where a hand points, and back by a GoTo or its posture."""
 
     def __init__(
         self, planner: Planner, path: Path, progress: PathFollower | None = None, *, mean: bool = False
@@ -55,7 +50,6 @@ class SessionLeader(Leader):
         self._aim = Target(pose=path.start)
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
-        """Begin the path at (q, v), each (nv,)."""
         self._hand = self._back = self._out = None
         self._begun, self._way, self._q = 0, 0, q.copy()
         self._path.reset(q, v, ticks)
@@ -86,7 +80,6 @@ class SessionLeader(Leader):
             self._followers[self._way].resume()
 
     def aim(self, k: int, q: FloatArray) -> None:
-        """Find the target of tick k."""
         if self._back is not None:
             self._go_on_back(self._back, k)
         if not self.on_path:
@@ -118,7 +111,6 @@ class SessionLeader(Leader):
         return self._ways[self._way]
 
     def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
-        """The command at the measured state (q, v) and torques, each (nv,)."""
         if self._hand is not None:
             return self._hand.step(q, v, self._aim, tau=tau)
         goes = self._back if self._out is None else self._out

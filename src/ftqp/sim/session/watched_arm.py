@@ -84,11 +84,7 @@ class WatchedArm:
         self._player.planner.report(fault)
 
     def repair(self, joint: str) -> None:
-        """Let a joint work again, and the planner know it.
-
-        A planner that did not know of the fault, or that has stopped, is put to where the arm is, and the
-        arm goes back to where its path begins: a drive is switched on at the joint's own position.
-        """
+        """Let a joint work again; a planner that did not know or has stopped begins where the arm is."""
         planner, plant, leader = self._player.planner, self._player.plant, self._player.leader
         plant.repair(joint)
         planner.withdraw(joint)

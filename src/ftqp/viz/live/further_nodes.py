@@ -36,11 +36,7 @@ Add = Callable[[str, Mesh, colours.Colour, float | None], Any]
 
 @final
 class FurtherNodes:
-    """The nodes of soft tasks, planes and boxes; a cone is only in the table.
-
-    What the first frame has, later ones have, too. Planes are drawn near the middle of the arm, (3,) [m], and
-    everything by its size [m].
-    """
+    """The nodes of soft tasks, boxes, and planes near the middle of the arm; a cone is only in the table."""
 
     def __init__(
         self, shown: Sequence[FurtherFact], middle: FloatArray, size: float, mesh: Add, label: Any

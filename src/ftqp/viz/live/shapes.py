@@ -1,7 +1,4 @@
-"""The look of an arm of which only joints and tips are known, and simple solids, which it is made of.
-
-Barrels stand for joints, tubes for links; cylinder, tube, box, ball and hull are triangles.
-"""
+"""The look of an arm of joints and tips alone: barrels and tubes; simple solids of triangles."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -120,10 +117,7 @@ def capsule(radius: float, half: float, *, round_ends: bool = True) -> Mesh:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Part:
-    """A rigid part of an arm, whose mesh stands in a joint's frame, or in ``BASE``.
-
-    The kind is ``joint``, ``link``, ``base``, ``tip``, or ``body``: a link that shows its joint's condition.
-    """
+    """A rigid part in a joint's frame or ``BASE``: ``joint``, ``link``, ``base``, ``tip`` or ``body``."""
 
     name: str
     kind: str

@@ -209,11 +209,7 @@ def _text(content: bytes) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Controls:
-    """What can be clicked, and what is written anew, by the names of a page.
-
-    Acts are ``time``, ``speed``, ``joint`` with its number, ``chosen``, ``overlay`` with its own, or
-    ``drag``; texts are ``head``, ``table`` and ``curve``.
-    """
+    """What can be clicked, acts by name and number, and what is written anew: head, table, curve."""
 
     acts: dict[str, list[Any]]
     texts: dict[str, str]
