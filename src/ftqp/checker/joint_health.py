@@ -3,7 +3,7 @@
 import numpy as np
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import Strictness, Trace
+from ftqp.checker.trace import Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 TELLING = 1e-9
@@ -31,21 +31,14 @@ def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]
     return obeys, limits
 
 
-def jumps(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
-    """Ticks in which a joint stops in no time, so that velocities of the others jump, (K,).
+def jumps(arm: ModelFile, run: Trace, lasting: float) -> BoolArray:
+    """Ticks in which a joint stops in no time, (K,), so that the others jump and are thrown for so long [s].
 
     One that locks so does, and one that swings freely into its end stop: outside its range it loses more than
     half of its speed in a tick. What that does to the others is mechanics, and no command's doing; in physics
     they swing for a while.
     """
-    after = max(1, round(strict.grace / run.dt))
-    spread = np.convolve(_blows(arm, run), np.ones(after + 1))[: len(run.status)] > 0.0
-    return _locks(run) | spread
-
-
-def thrown(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
-    """Ticks in which others are thrown by such a joint, (K,): of physics the blow alone."""
-    after = max(1, round(strict.blow / run.dt))
+    after = max(1, round(lasting / run.dt))
     spread = np.convolve(_blows(arm, run), np.ones(after + 1))[: len(run.status)] > 0.0
     return _locks(run) | spread
 

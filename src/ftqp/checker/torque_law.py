@@ -46,7 +46,7 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     held = np.zeros(len(run.t), dtype=np.bool_)
     for begin, end in run.holds:
         held |= (run.t > begin - 1.5 * run.dt) & (run.t < end + 0.5 * run.dt)
-    over = np.where(obeys & ~(held | jumps(arm, run, strict))[:, None], over, 0.0)
+    over = np.where(obeys & ~(held | jumps(arm, run, strict.grace))[:, None], over, 0.0)
     claimed = run.claims_ok
     result[claimed] = over[claimed]
     if run.planes or not run.minds_torques:

@@ -5,7 +5,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.workspace import kkt
 from ftqp.qp.adapters.backend import QPBuffers
-from ftqp.qp.problem import QP, Certificate, Residuals
+from ftqp.qp.problem import IN_ONE_PIECE, QP, Certificate, Residuals
 
 ACCEPTANCE = 1e-6
 """Largest residual that counts as solved, relative to 1 + the size of what is compared (see ``scales``)."""
@@ -35,10 +35,8 @@ def residuals(
     Returns:
         Primal, dual, complementarity and gap, infinite where NaN is involved.
     """
-    q = problem
-    parts = (q.H, q.g, q.A, q.C, q.lb, q.b, q.l, q.ub, q.b, q.u)
-    flat = np.concatenate([np.ravel(part) for part in parts])
-    found = kkt(flat, np.concatenate([x, z_box, y, z]), q.n, q.m, q.p)
+    flat = np.concatenate([np.ravel(getattr(problem, part)) for part in IN_ONE_PIECE])
+    found = kkt(flat, np.concatenate([x, z_box, y, z]), problem.n, problem.m, problem.p)
     primal, dual, complementarity, gap = (float(value) for value in found)
     return Residuals(primal=primal, dual=dual, complementarity=complementarity, gap=gap)
 

@@ -70,8 +70,7 @@ def _of_run(source: Path, form: str, output: Path | None) -> dict[str, Any]:
     from ftqp.sim.log.log_file import open_log
 
     with open_log(source) as rows:
-        end = float(next(rows.blocks(rows.count - 1))[0, rows.groups()["t"][0]]) if rows.count else 0.0
-        notes = notes_of(rows.metadata, end)
+        notes = notes_of(rows.metadata, rows.end)
         folder = source if source.is_dir() else source.parent
         if form == "urdf":
             robot, why = recorded_robot(rows)

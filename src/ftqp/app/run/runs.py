@@ -140,7 +140,7 @@ def _drawn(folder: Path, dt: float) -> Log:
     """What the figures show: the log, or of a long one its end."""
     with open_log(folder) as rows:
         most = max(1, DRAWN // (8 * len(rows.columns)))
-        last = float(next(rows.blocks(rows.count - 1))[0, rows.groups()["t"][0]]) if rows.count else 0.0
+        last = rows.end
     if rows.count <= most:
         return load_log(folder)
     say(

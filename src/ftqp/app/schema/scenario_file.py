@@ -180,14 +180,6 @@ class MujocoTable(Table):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class HoldTable(Table):
-    """All joints are held at once, as by a protective stop, and nobody reports it."""
-
-    at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
-    duration: float = setting(REQUIRED, "for how long, > 0", unit="s", above=0.0)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class TroubleTable(Table):
     """What befalls an arm in physics and nobody reports."""
 
@@ -231,7 +223,7 @@ class SimulationTable(Table):
         "the path's acceleration at a tick, or its mean until the next one",
         choices=("sampled", "mean"),
     )
-    holds: tuple[HoldTable, ...] = setting((), "when all joints are held at once")
+    holds: tuple[Options[Hold], ...] = setting((), "when all joints are held at once")
     troubles: tuple[TroubleTable, ...] = setting((), "what befalls an arm in physics and nobody reports")
     duration: float | None = setting(
         None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
@@ -250,8 +242,7 @@ class SimulationTable(Table):
             plant = self.mujoco.plant(arm, dt, drive, self.seed, scene, self.troubles)
         else:
             plant = KinematicPlant(arm, dt, level)
-        holds = [Hold(one.at, one.duration) for one in self.holds]
-        return HeldPlant(plant, arm, dt, holds) if holds else plant
+        return HeldPlant(plant, arm, dt, [one.made() for one in self.holds]) if self.holds else plant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

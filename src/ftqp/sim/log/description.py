@@ -79,8 +79,9 @@ def further_about(planner: Planner, q: FloatArray | None = None) -> dict[str, An
     result: dict[str, Any] = {}
     if planner.tasks:
         measures = FurtherMeasures(planner)
+        units = {one.name: one.unit for one in measures.columns}
         own: dict[str, dict[str, Any]] = {
-            one.name: {"unit": one.unit} for one in measures.all if one.group == TASKS
+            name: {"unit": units[signal]} for name in planner.tasks if (signal := f"{TASKS}.{name}") in units
         }
         for name, place in measures.places(planner.view().command.q if q is None else q).items():
             own[name]["place"] = place.tolist()

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
-from ftqp.core.checks import FloatArray, non_negative, positive
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.core.setting import REQUIRED, refuse_out_of_range, setting
 from ftqp.faults.kinds import Fault, Locked
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Command, Plant, PlantAround
@@ -17,12 +18,11 @@ from ftqp.sim.schedule import first_tick
 class Hold:
     """All joints stand at once, and follow again later; nobody announces it: ``Hold(2.0, 0.5)``."""
 
-    at: float  # When it happens, >= 0 [s]
-    duration: float  # For how long, > 0 [s]
+    at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
+    duration: float = setting(REQUIRED, "for how long, > 0", unit="s", above=0.0)
 
     def __post_init__(self) -> None:
-        non_negative("time of the hold", self.at, "s")
-        positive("duration of the hold", self.duration, "s")
+        refuse_out_of_range(self, " of the hold")
 
 
 @final

@@ -31,9 +31,8 @@ def facts_at(planner: Planner, measures: FurtherMeasures, q: FloatArray) -> tupl
     """Soft tasks, kept points and things around at a posture, (nv,)."""
     if not len(measures) or not np.isfinite(q).all():
         return ()
-    values = zip(measures.all, measures.at(q).tolist(), strict=True)
-    named = {f"{one.group}.{one.name}": value for one, value in values}
-    return further_facts(further_about(planner, q), named)
+    names = [one.name for one in measures.columns]
+    return further_facts(further_about(planner, q), dict(zip(names, measures.at(q).tolist(), strict=True)))
 
 
 @final
