@@ -33,7 +33,7 @@ from ftqp.viz.figures.run_figures import CONDITION_COLOURS, save_figures
 from ftqp.viz.live import colours
 from ftqp.viz.live.colours import legend
 from ftqp.viz.live.panel import ACTIONS
-from ftqp.viz.live.status_head import joint_table
+from ftqp.viz.live.plots import joint_table
 
 DT, JOINT = 0.01, "j2"
 ROBOT = ftqp.robots.load("planar6")

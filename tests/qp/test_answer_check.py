@@ -5,7 +5,7 @@ import pytest
 from planted import buffers, contradicting_qp, infeasible, planted
 
 from ftqp.qp import QP
-from ftqp.qp.answer_check import accepted, infeasibility, residuals
+from ftqp.qp.solving import accepted, infeasibility, residuals
 
 
 def answer(case):

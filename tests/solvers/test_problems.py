@@ -9,7 +9,7 @@ import pytest
 from comparison.sequences import FOLDER, feasible, sequences
 
 from ftqp.qp import Recording, residuals
-from ftqp.qp.answer_check import infeasibility, scales
+from ftqp.qp.solving import infeasibility, scales
 
 
 @pytest.fixture(scope="module")

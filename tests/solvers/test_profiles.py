@@ -9,7 +9,7 @@ from tests.solvers.stand_ins import SOLVABLE, sequence
 
 from ftqp.core.errors import MissingPackage
 from ftqp.qp import backend, residuals
-from ftqp.qp.answer_check import scales
+from ftqp.qp.solving import scales
 
 FILES = sorted(PROFILES.glob("*.toml"))
 PAPER = 1e-4

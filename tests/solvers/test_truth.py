@@ -6,7 +6,7 @@ from comparison.truth import Fact, proves, relative_residuals, truth
 from tests.solvers.stand_ins import INFEASIBLE, SOLUTION, SOLVABLE
 
 from ftqp.qp import QP, Certificate
-from ftqp.qp.answer_check import infeasibility
+from ftqp.qp.solving import infeasibility
 
 NONE = np.zeros(0)
 ANSWER = (SOLUTION, NONE, NONE, 2.0 * SOLUTION)

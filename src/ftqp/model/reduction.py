@@ -11,7 +11,7 @@ from ftqp.core.errors import InputError, nearest, unknown
 from ftqp.model.audit import OPEN_TIP, WRONG_TIP, Finding, unsafe
 from ftqp.model.chain import frame_id, kind
 from ftqp.model.followers import Follower
-from ftqp.model.grafting import MARK, graft
+from ftqp.model.serial import MARK, graft
 
 FREE = 6
 """Degrees of freedom of a joint that holds nothing."""

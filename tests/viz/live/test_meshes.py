@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.viz.live.meshes import mesh_parts
-from ftqp.viz.live.shapes import BASE, arm_parts
+from ftqp.viz.live.meshes import BASE, arm_parts, mesh_parts
 
 URDF = """<robot name="two">
   <link name="base"><collision><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision></link>

@@ -9,7 +9,7 @@ from ftqp.model.catalog import CATALOG
 from ftqp.model.chain import ends_of
 from ftqp.sim.log.signals import CONDITIONS
 from ftqp.viz.live import colours
-from ftqp.viz.live.shapes import BASE, arm_parts, radii, size_of
+from ftqp.viz.live.meshes import BASE, arm_parts, radii, size_of
 
 
 def placed(robot, parts, q):

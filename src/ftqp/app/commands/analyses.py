@@ -170,7 +170,7 @@ def plan(
         seed --seed K: Of random starts.
         report --report DIR: Folder to make for page and pictures.
     """
-    from ftqp.app.commands.planning import make_plan
+    from ftqp.app.commands.covering import make_plan
     from ftqp.app.run.runs import free_folder
 
     folder = None if report is None else free_folder(report, "plan")

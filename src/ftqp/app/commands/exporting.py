@@ -102,7 +102,7 @@ def _written(
             "robot": None if robot is None else robot.name,
         }
     if form == "trajectory":
-        from ftqp.sim.export.joint_trajectory import AT_REST, write_trajectory
+        from ftqp.sim.export.ros_bag import AT_REST, write_trajectory
 
         speed = write_trajectory(rows, file, notify)
         if speed > AT_REST:

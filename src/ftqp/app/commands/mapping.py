@@ -12,7 +12,7 @@ import numpy as np
 from ftqp import __version__
 from ftqp.analysis import WorkspaceReport
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.map_chunks import (
+from ftqp.analysis.workspace_map import (
     COUNTS,
     MEASURES,
     WorkspaceTask,

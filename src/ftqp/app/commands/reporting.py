@@ -22,7 +22,7 @@ from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_writer import FILE_NAME, log_files
 from ftqp.sim.log.metrics import summary
 from ftqp.viz.pages.page import page
-from ftqp.viz.report.numbers import carried
+from ftqp.viz.report.run_report import carried
 
 LEVELS = {"acceleration": "accelerations", "velocity": "velocities"}
 """What a planner commands at each level."""

@@ -36,7 +36,7 @@ from ftqp.viz.live.meshes import mesh_parts
 from ftqp.viz.live.stage import Source, Stage
 
 if TYPE_CHECKING:
-    from ftqp.viz.live.shapes import Part
+    from ftqp.viz.live.meshes import Part
 
 MOST: Final = 1800
 """Frames that are kept at most, one minute of 30 a second; every other one goes when they are reached."""

@@ -13,8 +13,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from ftqp import __version__
-from ftqp.app.deployment.arm_file import arm_file, kernel_hash, small_capacity
-from ftqp.app.deployment.headers import arm_header, fingerprint, layout_header
+from ftqp.app.deployment.headers import (
+    arm_file,
+    arm_header,
+    fingerprint,
+    kernel_hash,
+    layout_header,
+    small_capacity,
+)
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths.path import Path as Way
 from ftqp.control.planner.planner import Planner

@@ -39,13 +39,12 @@ from ftqp.qp import Backend, Recorder
 from ftqp.sim.base.disturbances import Disturbance, RandomMotion, Sinusoid, Step
 from ftqp.sim.base.moving_world import Base, FreeBase, MovingWorld, Platform
 from ftqp.sim.number_files import recorded_motion, waypoint_table
-from ftqp.sim.plants.gain_servo import Gains, GainServo
-from ftqp.sim.plants.held_plant import HeldPlant, Hold
 from ftqp.sim.plants.hidden_faults import TROUBLES, HiddenFault, Push
-from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.joint_servo import Gains, GainServo, JointServo
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.plants.servo_plant import ServoPlant
+from ftqp.sim.plants.troubled_plant import HeldPlant, Hold
 from ftqp.sim.plants.true_arm import TrueArm
 from ftqp.sim.schedule import FaultEvent, first_tick
 from ftqp.sim.sensors.joint_sensors import JointSensors

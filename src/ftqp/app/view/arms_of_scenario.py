@@ -18,8 +18,7 @@ from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of
 from ftqp.sim.schedule import Schedule
-from ftqp.sim.session.session_arms import Choice, SessionArm, SessionArms, SessionRival
-from ftqp.sim.session.session_leader import SessionLeader
+from ftqp.sim.session.session_arms import Choice, SessionArm, SessionArms, SessionLeader, SessionRival
 
 ROUND = 0.06
 """Radius of the circle that an arm of the catalog draws, as a share of its reach."""

@@ -13,8 +13,8 @@ from ftqp.model import catalog
 from ftqp.qp import backends as known_backends
 from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.live_session import Session
+from ftqp.sim.session.session_arms import path_points
 from ftqp.sim.session.session_commands import Command, Play
-from ftqp.sim.session.session_leader import path_points
 from ftqp.viz.live.stage import Stage
 
 PICTURES: Final = 30.0

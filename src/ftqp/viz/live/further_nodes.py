@@ -11,7 +11,7 @@ from ftqp.core.pose import rotation_to
 from ftqp.sim.session.frame import FurtherFact, Solid
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import wxyz
-from ftqp.viz.live.shapes import Mesh, ball, box, capsule, cylinder, hull, joined
+from ftqp.viz.live.meshes import Mesh, ball, box, capsule, cylinder, hull, joined
 
 MARK, WIDE, THIN, ARROW = 0.018, 0.6, 0.002, 0.12
 """Radius of a mark, width and thickness of a plane, length of its arrow, as shares of the arm's size."""

@@ -15,9 +15,9 @@ from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.session.frame import Frame, frames_of
 from ftqp.viz.live.colours import legend
+from ftqp.viz.live.meshes import Part
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.server import VERSION, close_server, open_server
-from ftqp.viz.live.shapes import Part
 from ftqp.viz.pages.page import inner_page
 
 LONGEST = 60.0
