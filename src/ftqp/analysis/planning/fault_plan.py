@@ -330,13 +330,7 @@ class Plan(MotionOnPath):
 
 
 def plan_of(
-    task: TaskPath,
-    q: FloatArray,
-    *,
-    coverage: float,
-    stride: int,
-    method: str,
-    settings: Mapping[str, Any],
+    task: TaskPath, q: FloatArray, *, coverage: float, stride: int, method: str, settings: Mapping[str, Any]
 ) -> Plan:
     """A trajectory as a plan."""
     return Plan(

@@ -270,14 +270,7 @@ def task_path(
         goals = _given_goals(path, names, robot, start)
     if start is not None:
         _refuse_other_start(robot, names, axis, goals[0], start)
-    return TaskPath(
-        robot=robot,
-        rows=names,
-        axis=axis,
-        goals=frozen(goals),
-        dt=step,
-        around=around,
-    )
+    return TaskPath(robot=robot, rows=names, axis=axis, goals=frozen(goals), dt=step, around=around)
 
 
 def robot_digest(robot: Robot) -> str:

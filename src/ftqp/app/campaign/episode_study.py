@@ -304,10 +304,7 @@ class EpisodeWork:
 
     def _judged(self, setup: Setup) -> dict[str, Any]:
         """What came of an episode."""
-        ended = setup.simulation(
-            log=MEMORY,
-            singularities=False,
-        ).run()
+        ended = setup.simulation(log=MEMORY, singularities=False).run()
         if ended.interrupted:
             raise KeyboardInterrupt
         if ended.log is None:

@@ -52,11 +52,7 @@ def workspace(
     return map_workspace(study, overrides or (), out, jobs=jobs, dask=dask, as_json=as_json)
 
 
-def calibrate(
-    runs: list[Path],
-    out: Path,
-    as_json: bool = False,
-) -> ExitCode:
+def calibrate(runs: list[Path], out: Path, as_json: bool = False) -> ExitCode:
     """Learn noise and friction from runs of the healthy arm, with which a torque drive begins.
 
     Options:

@@ -12,16 +12,7 @@ from ftqp.app.commands.building import build
 from ftqp.app.commands.connecting import connect
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.identifying import identify
-from ftqp.app.output.console import (
-    ExitCode,
-    answer,
-    command,
-    say,
-    tell,
-    tell_json,
-    tell_rows,
-    tell_text,
-)
+from ftqp.app.output.console import ExitCode, answer, command, say, tell, tell_json, tell_rows, tell_text
 from ftqp.core.errors import FtqpError
 
 app = typer.Typer(

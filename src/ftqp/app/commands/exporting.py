@@ -18,12 +18,7 @@ FORMATS = {
 """Formats: the name that the file or folder gets beside the log, and what it is."""
 
 
-def export(
-    source: str,
-    form: str,
-    output: Path | None = None,
-    as_json: bool = False,
-) -> ExitCode:
+def export(source: str, form: str, output: Path | None = None, as_json: bool = False) -> ExitCode:
     """Write a run for other programs: a ROS 2 bag, CSV, NPZ, MAT, a trajectory, or its arm as a URDF.
 
     Options:

@@ -12,14 +12,7 @@ import numpy as np
 from ftqp import __version__
 from ftqp.analysis import WorkspaceReport
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.workspace_map import (
-    COUNTS,
-    MEASURES,
-    WorkspaceTask,
-    map_chunk,
-    points,
-    workspace_task,
-)
+from ftqp.analysis.workspace_map import COUNTS, MEASURES, WorkspaceTask, map_chunk, points, workspace_task
 from ftqp.app.output.console import ExitCode, Shown, Table, answer, json_text, say
 from ftqp.app.run.runs import write
 from ftqp.app.scenario import document

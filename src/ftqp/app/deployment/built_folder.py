@@ -106,11 +106,7 @@ def build_folder(
             shutil.copytree(TEXTS / "example", made / "example")
             (made / "cmake").mkdir()
             shutil.copy(TEXTS / "ftqp-config.cmake", made / "cmake" / "ftqp-config.cmake")
-        left_out = (
-            *memory.left_out,
-            NO_PATH if wanted.path is None else NO_ESCAPE,
-            NO_GOALS,
-        )
+        left_out = (*memory.left_out, NO_PATH if wanted.path is None else NO_ESCAPE, NO_GOALS)
         bill = _bill(wanted, library, left_out, made)
         (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")
         os.rename(made, folder)

@@ -301,10 +301,7 @@ def _at_hand() -> list[str]:
 
 
 def _reference(
-    recording: Recording,
-    k: int,
-    problem: QP,
-    answers: Mapping[str, tuple[Solution, Claim | None] | str],
+    recording: Recording, k: int, problem: QP, answers: Mapping[str, tuple[Solution, Claim | None] | str]
 ) -> tuple[FloatArray | None, str | None]:
     """The point that answers are measured against, and whose it is: the recorded one if it solves the QP."""
     x, y, z, z_box = (getattr(recording, name)[k] for name in ("x", "y", "z", "z_box"))

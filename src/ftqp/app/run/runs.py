@@ -110,9 +110,7 @@ def run(
     """Simulates ``setup`` and writes ``scenario.toml``, ``log.npy``, ``summary.json`` and ``figures/``."""
     with progress(setup.name, 1.0) if advance is None else nullcontext(advance) as notify:
         simulation = setup.simulation(
-            log=_log(setup, folder),
-            metadata=_about(setup),
-            progress=lambda done, total: notify(done / total),
+            log=_log(setup, folder), metadata=_about(setup), progress=lambda done, total: notify(done / total)
         )
         make_folder(folder)
         write(folder / SCENARIO, setup.toml)

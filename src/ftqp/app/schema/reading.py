@@ -131,12 +131,7 @@ class _Reader:
         return WRONG
 
     def table(
-        self,
-        of: Any,
-        kinds: Mapping[str, type[Any]] | None,
-        got: Any,
-        path: str,
-        usual: str | None = None,
+        self, of: Any, kinds: Mapping[str, type[Any]] | None, got: Any, path: str, usual: str | None = None
     ) -> Any:
         """A table: one of a class, of a kind, or of a class with the keys of a kind beside its own."""
         if not isinstance(got, Mapping):

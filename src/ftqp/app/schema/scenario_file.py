@@ -134,10 +134,7 @@ class MujocoTable(Table):
     )
     substeps: int = setting(4, "time steps of the physics in a control period, >= 1", least=1.0)
     step: float | None = setting(
-        None,
-        "time step of the physics, in place of substeps, about, > 0",
-        unit="s",
-        above=0.0,
+        None, "time step of the physics, in place of substeps, about, > 0", unit="s", above=0.0
     )
     payload: Options[Payload] | None = like(TrueArm, "payload")
     mass_scale: float = like(TrueArm, "mass_scale")
