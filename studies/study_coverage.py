@@ -27,11 +27,11 @@ from typing import Any
 import numpy as np
 from bench import command_line, docs
 from bench.tables import Table
+from ftqp.app.run.healthy_motion import healthy_motion
 from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.analysis.survival.continuing import continuation_study
-from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.scenario.setup import load
 from ftqp.kernel.layout.enums import SURVIVED, Survival
 

@@ -9,8 +9,8 @@ import pytest
 from tests.app.conftest import setup_of
 
 import ftqp
+from ftqp.app.commands.covering import healthy_motion, task_of
 from ftqp.app.run import runs
-from ftqp.app.run.healthy_motion import healthy_motion, task_of
 from ftqp.app.scenario.setup import Setup, load
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.sim.log.log_writer import log_files

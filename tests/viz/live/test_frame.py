@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ftqp.app.scenario.setup import load
-from ftqp.app.view.arms_of_scenario import arms_of
+from ftqp.app.view.live_source import arms_of
 from ftqp.model import catalog
 from ftqp.sim.loop import Simulation
 from ftqp.sim.session.frame import DrawnArm, frames_of

@@ -9,8 +9,8 @@ from tests.viz.live.tape import messages_of, turns_of
 
 from ftqp.core.pose import skew, transform
 from ftqp.sim.session.session_commands import Break
-from ftqp.viz.live.recording import picture_ticks, recording
 from ftqp.viz.live.scene import frame_names
+from ftqp.viz.live.server import picture_ticks, recording
 
 LOCK = 20
 """The frame before which the third joint locks."""

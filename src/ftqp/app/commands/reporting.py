@@ -173,7 +173,7 @@ def _replay(log: Log, label: str, room: int, *, full: bool) -> tuple[str, bool]:
     if robot is None:
         return f"There is no replay: {why}.", False
     try:
-        from ftqp.viz.live.recording import replay
+        from ftqp.viz.live.server import replay
 
         return replay(log, robot, label, room, full=full), True
     except MissingPackage as error:

@@ -21,9 +21,9 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.response.detector import Detector
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.scene.solid_shapes import WORDS, Shape
+from ftqp.control.task.keep import CONSTRAINT_KINDS, KEPT, KINDS
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import EmergencyStop, Task
-from ftqp.control.task.task_kinds import CONSTRAINT_KINDS, KEPT, KINDS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
@@ -39,12 +39,11 @@ from ftqp.qp import Backend, Recorder
 from ftqp.sim.base.disturbances import Disturbance, RandomMotion, Sinusoid, Step
 from ftqp.sim.base.moving_world import Base, FreeBase, MovingWorld, Platform
 from ftqp.sim.number_files import recorded_motion, waypoint_table
-from ftqp.sim.plants.hidden_faults import TROUBLES, HiddenFault, Push
 from ftqp.sim.plants.joint_servo import Gains, GainServo, JointServo
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.plants.servo_plant import ServoPlant
-from ftqp.sim.plants.troubled_plant import HeldPlant, Hold
+from ftqp.sim.plants.troubled_plant import TROUBLES, HeldPlant, HiddenFault, Hold, Push
 from ftqp.sim.plants.true_arm import TrueArm
 from ftqp.sim.schedule import FaultEvent, first_tick
 from ftqp.sim.sensors.joint_sensors import JointSensors

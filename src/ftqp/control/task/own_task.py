@@ -25,7 +25,7 @@ class OwnTask(SoftTask):
     """A kind of task of one's own: weight/2 |J x - b|^2, or J x = b on level 0, with J and b from Python.
 
     A kind is a frozen dataclass over it whose settings are fields, each a ``setting(...)``, with ``count``
-    and ``filling``; an entry of ``KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in scenarios.
+    and ``filling``; an entry of ``KINDS`` in ``ftqp.control.task.keep`` gives it a word in scenarios.
     Logs, reports and the page show its error where it has a ``unit``. ``about`` says what that error is.
     CONTRIBUTING.md says more.
 
@@ -115,7 +115,7 @@ class OwnConstraint:
     """A kind of constraint of one's own: l <= C x <= u with C, l and u from Python.
 
     A kind is a frozen dataclass over it whose settings are fields, each a ``setting(...)``, with ``count``
-    and ``filling``; an entry of ``CONSTRAINT_KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in
+    and ``filling``; an entry of ``CONSTRAINT_KINDS`` in ``ftqp.control.task.keep`` gives it a word in
     scenarios. Logs, reports and the page show its distance where it has a ``unit``; ``about`` says what
     that is.
     CONTRIBUTING.md says more.

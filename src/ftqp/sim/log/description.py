@@ -16,10 +16,9 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import row_labels, variable_labels
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.scene.solid_shapes import WORDS, Hull
-from ftqp.control.task.keep import BOX, CONE, Keep, TorqueLimits
+from ftqp.control.task.keep import BOX, CONE, KINDS, Keep, TorqueLimits
 from ftqp.control.task.own_task import LeastSquares, OwnConstraint, OwnTask
 from ftqp.control.task.soft_tasks import FIRST, PositionTask
-from ftqp.control.task.task_kinds import KINDS
 from ftqp.core.checks import FloatArray
 from ftqp.model.chain import Skeleton
 from ftqp.model.frames import mount_of
