@@ -24,8 +24,7 @@ import numpy as np
 from bench import results
 
 from ftqp import __version__
-from ftqp.app.view.arms_of_scenario import arms_of
-from ftqp.app.view.live_source import LiveSource
+from ftqp.app.view.live_source import LiveSource, arms_of
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Break, Repair

@@ -22,9 +22,8 @@ from pathlib import Path
 import numpy as np
 
 import ftqp
-from ftqp.app.deployment.arm_file import SMALL, arm_file
 from ftqp.app.deployment.built_folder import TEXTS, BuildRequest, build_folder
-from ftqp.app.deployment.headers import layout_header
+from ftqp.app.deployment.headers import SMALL, arm_file, layout_header
 from ftqp.kernel.layout.enums import JOINTS
 
 HERE = Path(__file__).with_name("deployed")

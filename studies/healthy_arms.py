@@ -16,7 +16,7 @@ from bench import study
 from bench.tables import Table
 
 import ftqp
-from ftqp.sim.plants.hidden_faults import Weakened
+from ftqp.sim.plants.troubled_plant import Weakened
 
 DT, SECONDS, RADIUS = 0.001, 4.0, 0.1
 ARMS = ("panda", "iiwa14")

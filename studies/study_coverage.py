@@ -31,7 +31,7 @@ from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.analysis.survival.continuing import continuation_study
-from ftqp.app.run.healthy_motion import healthy_motion
+from ftqp.app.commands.covering import healthy_motion
 from ftqp.app.scenario.setup import load
 from ftqp.kernel.layout.enums import SURVIVED, Survival
 

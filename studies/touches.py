@@ -16,7 +16,7 @@ from bench import study
 from bench.tables import Table
 
 import ftqp
-from ftqp.sim.plants.hidden_faults import Weakened
+from ftqp.sim.plants.troubled_plant import Weakened
 
 DT, SECONDS, RADIUS, NOISE = 0.001, 2.5, 0.1, 1e-5
 CASES = 20

@@ -19,8 +19,7 @@ from typing import Any
 from PIL import Image, ImageDraw, ImageFont
 from playwright.sync_api import sync_playwright
 
-from ftqp.app.view.arms_of_scenario import arms_of
-from ftqp.app.view.live_source import stage_of
+from ftqp.app.view.live_source import arms_of, stage_of
 from ftqp.sim.session.frame import Frame
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice

@@ -12,7 +12,7 @@ from comparison.truth import Fact, Truth, relative_residuals
 
 from ftqp.core.checks import FloatArray
 from ftqp.qp import Backend, Claim
-from ftqp.qp.answer_check import ACCEPTANCE
+from ftqp.qp.solving import ACCEPTANCE
 
 COARSE = 1e-3
 """Largest relative residual of an answer that is called coarse and not wrong."""

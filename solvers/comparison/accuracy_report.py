@@ -8,7 +8,7 @@ from bench.contenders import REFERENCE
 from bench.tables import Table, counted, exponent
 from comparison.accuracy import COARSE, INFEASIBLE, PARTS, SOLVABLE, STARTS, Outcome
 
-from ftqp.qp.answer_check import ACCEPTANCE
+from ftqp.qp.solving import ACCEPTANCE
 
 LIMITATIONS = (
     "The profiles of the external solvers were chosen on these same QPs, by trying a few settings of each: "

@@ -13,8 +13,8 @@ from ftqp.control.planner.planner_view import SLACK
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.qp import QP, Claim, Recorder, Recording, Solution, SolveStatus
-from ftqp.qp.answer_check import scales
 from ftqp.qp.problem import ANSWER
+from ftqp.qp.solving import scales
 from ftqp.sim.log.description import recorded
 from ftqp.sim.schedule import FaultEvent, Schedule
 
@@ -114,7 +114,7 @@ def _with_truth(recording: Recording) -> Recording:
 
 
 def relative_residual(problem: QP, answer: Solution) -> float:
-    """The largest KKT residual over its scale (``ftqp.qp.answer_check.scales``)."""
+    """The largest KKT residual over its scale (``ftqp.qp.solving.scales``)."""
     found = answer.residuals
     if not np.isfinite(found.largest):
         return np.inf

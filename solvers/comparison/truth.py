@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.qp import QP, Certificate, residuals
-from ftqp.qp.answer_check import ACCEPTANCE, infeasibility, scales
+from ftqp.qp.solving import ACCEPTANCE, infeasibility, scales
 
 REFERENCE_TOLERANCE = 1e-9
 """Largest relative residual of a recorded solution that errors of x are measured against."""
@@ -111,7 +111,7 @@ def proves(problem: QP, certificate: Certificate) -> bool:
 def relative_residuals(
     problem: QP, x: FloatArray, y: FloatArray, z: FloatArray, z_box: FloatArray
 ) -> FloatArray:
-    """The four residuals over ``ftqp.qp.answer_check.scales``, (4,); inf where not finite."""
+    """The four residuals over ``ftqp.qp.solving.scales``, (4,); inf where not finite."""
     found = residuals(problem, x, y, z, z_box)
     if not np.isfinite(found.largest):
         return np.full(4, np.inf)

@@ -50,7 +50,7 @@ from ftqp.control.planner.ways.way_out import WayOut as WayOut
 from ftqp.control.rates import approximate_pinv as approximate_pinv
 from ftqp.control.rates import damping_factor as damping_factor
 from ftqp.control.rates import resolve_rates as resolve_rates
-from ftqp.control.references.tip_reference import TipLimits as TipLimits
+from ftqp.control.references.jerk_limit import TipLimits as TipLimits
 from ftqp.control.scene.placed_shapes import Clearance as Clearance
 from ftqp.control.scene.placed_shapes import Scene as Scene
 from ftqp.control.scene.solid_shapes import Box as Box

@@ -279,8 +279,8 @@ def lock(joint=2, since=1.0, reported_at=NEVER, kind="locked"):
 def test_failure_that_is_named_is_found_after_its_delay():
     seen = detection([alarm(2, 1.25, "locked", "degraded")], [lock()], 4.0)
     assert (seen.unannounced, seen.found, seen.right_kind) == (1, 1, 1)
-    assert seen.delay == 0.25 and seen.said == "degraded or locked"
-    assert seen.healthy == 1.0 and seen.false_alarms == seen.wrong_joint == 0
+    assert seen.delay == 0.25 and seen.found_as == "degraded or locked"
+    assert seen.healthy_time == 1.0 and seen.false_alarms == seen.wrong_joint == 0
 
 
 def test_failure_showed_if_it_made_a_difference_or_was_found():
@@ -301,7 +301,7 @@ def test_alarm_while_nothing_has_failed_is_false_even_of_the_joint_that_fails_la
     seen = detection([alarm(2, 0.5), alarm(2, 1.5)], [lock()], 4.0)
     assert (seen.false_alarms, seen.found, seen.wrong_joint) == (1, 1, 0)
     assert detection([alarm(0, 3.0)], [], 4.0).false_alarms == 1
-    assert detection([], [], 4.0).healthy == 4.0
+    assert detection([], [], 4.0).healthy_time == 4.0
 
 
 def test_alarm_of_a_joint_that_works_after_a_failure_names_the_wrong_joint():

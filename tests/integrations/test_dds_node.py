@@ -13,8 +13,7 @@ import pytest
 from tests.app.deployment.conftest import built  # noqa: F401  a fixture
 
 import ftqp
-from ftqp.app.deployment.arm_file import arm_file
-from ftqp.app.deployment.headers import arm_header
+from ftqp.app.deployment.headers import arm_file, arm_header
 from ftqp.core.pose import quaternions
 
 FILE = Path(__file__).parents[2] / "integrations" / "dds" / "node.py"

@@ -9,8 +9,7 @@ import pytest
 from tests.app.deployment.conftest import built  # noqa: F401  a fixture
 
 import ftqp
-from ftqp.app.deployment.arm_file import arm_file
-from ftqp.app.deployment.headers import arm_header
+from ftqp.app.deployment.headers import arm_file, arm_header
 
 yaml = pytest.importorskip("yaml", reason='needs PyYAML (pip install -e ".[docs]")')
 FOLDER = Path(__file__).parents[2] / "integrations" / "ros2_control"

@@ -15,7 +15,7 @@ from ftqp.app.campaign.shown_trace import failures
 from ftqp.app.commands.cli import app
 from ftqp.app.output.words import fault_sentence
 from ftqp.app.scenario.setup import load
-from ftqp.app.view.arms_of_scenario import arms_of
+from ftqp.app.view.live_source import arms_of
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.core.errors import FtqpError
 from ftqp.sim.export.run_bag import step_definition
@@ -33,7 +33,7 @@ from ftqp.viz.figures.run_figures import CONDITION_COLOURS, save_figures
 from ftqp.viz.live import colours
 from ftqp.viz.live.colours import legend
 from ftqp.viz.live.panel import ACTIONS
-from ftqp.viz.live.status_head import joint_table
+from ftqp.viz.live.plots import joint_table
 
 DT, JOINT = 0.01, "j2"
 ROBOT = ftqp.robots.load("planar6")

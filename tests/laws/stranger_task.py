@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ftqp.control.task import task_kinds
+from ftqp.control.task import keep
 from ftqp.control.task.own_task import OwnConstraint, OwnTask
 from ftqp.core.setting import REQUIRED, setting
 
@@ -117,8 +117,8 @@ def refused(call: Any) -> str:
 
 
 def main(folder: Path) -> dict[str, Any]:
-    task_kinds.KINDS = {**task_kinds.KINDS, "distance": Distance}
-    task_kinds.CONSTRAINT_KINDS = {**task_kinds.CONSTRAINT_KINDS, "speed_of": SpeedOf}
+    keep.KINDS = {**keep.KINDS, "distance": Distance}
+    keep.CONSTRAINT_KINDS = {**keep.CONSTRAINT_KINDS, "speed_of": SpeedOf}
     from tests.viz.live.stepped_source import SteppedSource
     from typer.testing import CliRunner
 

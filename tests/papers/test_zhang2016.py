@@ -7,7 +7,7 @@ from tests.papers.zhang2016 import ARM, BEND, Q0, end_pose, error, example, forw
 
 from ftqp.analysis import coverage, null_vector, task_path
 from ftqp.analysis.survival.continuing import continuation_study, task_session, track
-from ftqp.analysis.survival.tolerable_joints import tolerable_joints
+from ftqp.analysis.survival.way_round import tolerable_joints
 from ftqp.control.paths import Line, PointToPoint
 from ftqp.kernel.layout.enums import Survival
 from ftqp.model import catalog

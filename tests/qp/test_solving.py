@@ -9,7 +9,7 @@ from solvers import ADAPTED, NATIVE, tolerance
 
 from ftqp import InputError
 from ftqp.qp import QP, Claim, SolveStatus, backend, solve
-from ftqp.qp.answer_check import accepted, infeasibility, residuals
+from ftqp.qp.solving import accepted, infeasibility, residuals
 
 
 @pytest.mark.parametrize("name", NATIVE + ADAPTED)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.sim.plants.hidden_faults import Jammed, Weakened
+from ftqp.sim.plants.troubled_plant import Jammed, Weakened
 
 DT, SIGMA, BANDWIDTH = 1e-3, 1e-4, 94.0
 AT, FREED = 1.0, 1.5

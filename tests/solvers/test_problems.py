@@ -13,7 +13,7 @@ from tests.solvers.stand_ins import INFEASIBLE, SOLUTION, SOLVABLE, sequence
 
 from ftqp.core.errors import MissingPackage
 from ftqp.qp import QP, Certificate, Recording, backend, residuals
-from ftqp.qp.answer_check import infeasibility, scales
+from ftqp.qp.solving import infeasibility, scales
 
 
 @pytest.fixture(scope="module")

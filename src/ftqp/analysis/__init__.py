@@ -9,10 +9,6 @@ from ftqp.analysis.manifolds.joint_ranges import joint_ranges as joint_ranges
 from ftqp.analysis.manifolds.joint_ranges import reachable_after as reachable_after
 from ftqp.analysis.manifolds.manifold import Manifold as Manifold
 from ftqp.analysis.manifolds.manifold import self_motion as self_motion
-from ftqp.analysis.map_chunks import WorkspaceTask as WorkspaceTask
-from ftqp.analysis.map_chunks import map_chunk as map_chunk
-from ftqp.analysis.map_chunks import points as points
-from ftqp.analysis.map_chunks import workspace_task as workspace_task
 from ftqp.analysis.outcomes.after_failure import Outcome as Outcome
 from ftqp.analysis.outcomes.after_failure import outcome as outcome
 from ftqp.analysis.outcomes.basin_map import Basins as Basins
@@ -53,4 +49,8 @@ from ftqp.analysis.tolerance import worst_case as worst_case
 from ftqp.analysis.tolerant_poses import TolerantWorkspace as TolerantWorkspace
 from ftqp.analysis.tolerant_poses import tolerant_workspace as tolerant_workspace
 from ftqp.analysis.workspace_map import WorkspaceReport as WorkspaceReport
+from ftqp.analysis.workspace_map import WorkspaceTask as WorkspaceTask
+from ftqp.analysis.workspace_map import map_chunk as map_chunk
+from ftqp.analysis.workspace_map import points as points
 from ftqp.analysis.workspace_map import workspace as workspace
+from ftqp.analysis.workspace_map import workspace_task as workspace_task

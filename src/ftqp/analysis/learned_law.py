@@ -9,7 +9,7 @@ import numpy as np
 
 from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.analysis.outcomes.unaware_law import weights_inverse
-from ftqp.core.checks import FloatArray, array, non_negative, positive
+from ftqp.core.checks import FloatArray, array, non_negative, positive, whole_number
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
 
@@ -47,8 +47,7 @@ class Effectiveness:
     """
 
     def __init__(self, joints: int, dt: float, *, noise: float = 0.0, drift: float = DRIFT) -> None:
-        if isinstance(joints, bool) or not isinstance(joints, int) or joints < 1:
-            raise InputError(f"joints is {joints!r}, expected the number of joints, 1 or more")
+        whole_number("joints", joints, 1)
         self._dt = positive("dt", dt, "s")
         self._step = positive("drift", drift, "1/sqrt(s)") ** 2 * self._dt
         self._noise = 2.0 * non_negative("noise", noise, "m") ** 2 + LEAST**2

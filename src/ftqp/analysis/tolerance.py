@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.analysis.goals import random_postures
 from ftqp.analysis.survival.continuing import rows_session
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import FloatArray, array, numbers
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
@@ -53,10 +53,7 @@ def minors(J: Any) -> FloatArray:
 
 def jacobians(J: Any, *, spare: int | None = None) -> FloatArray:
     """J as an array (..., m, n) of finite numbers."""
-    try:
-        matrices = np.asarray(J, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"J is {J!r:.60}, expected a Jacobian (m, n)") from error
+    matrices = numbers("J", J, ", expected a Jacobian (m, n)")
     if matrices.ndim < 2 or matrices.shape[-1] < matrices.shape[-2]:
         raise InputError(
             f"J has shape {matrices.shape}, expected (m, n) with at least as many columns as rows"

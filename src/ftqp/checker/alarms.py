@@ -27,7 +27,7 @@ class Alarm:
 class Detection:
     """How a detector did in a run."""
 
-    healthy: float  # How long nothing had failed and the detector was watching [s]
+    healthy_time: float  # How long nothing had failed and the detector was watching [s]
     false_alarms: int  # Alarms of that time
     unannounced: int  # Failures that nobody reported before the detector could find them
     showed: int  # Those of them that made a difference, or were found
@@ -35,7 +35,7 @@ class Detection:
     right_kind: int  # Those whose kind was among those named as well
     wrong_joint: int  # Alarms after a failure that name a joint which works
     delay: float | None  # From the first failure to its alarm [s]; None where it was not found
-    said: str  # What was said of that one, in alphabetical order; empty where it was not found
+    found_as: str  # What was said of that one, in alphabetical order; empty where it was not found
 
 
 def detection(
@@ -72,7 +72,7 @@ def detection(
         if not any(one.joint == alarm.joint and one.since <= alarm.at for one in real)
     ]
     return Detection(
-        healthy=first,
+        healthy_time=first,
         false_alarms=sum(alarm.at < first for alarm in strange),
         unannounced=unannounced,
         showed=showed,
@@ -80,5 +80,5 @@ def detection(
         right_kind=right,
         wrong_joint=sum(alarm.at >= first for alarm in strange),
         delay=delay,
-        said=said,
+        found_as=said,
     )

@@ -21,10 +21,7 @@ def plane(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
 
 
 def cone(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
-    """How far axes are outside their cones after each tick, by the joint that they move with, (K, nv) [rad].
-
-    Of an angle as many rad are let pass as of a plane's distance m.
-    """
+    """How far axes are outside their cones after each tick, by joint, (K, nv) [rad]."""
     beyond = ((one.joint, _angles(arm, run, one) - one.within) for one in run.cones)
     return farther(arm, run, strict.plane, beyond)
 
@@ -72,10 +69,7 @@ convention."""
 
 
 def touched(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
-    """How much nearer than they may be bodies are, by tick and the joint that moves them, (K, nv) [m].
-
-    An arm that begins too near to something may be as near to anything on its way out.
-    """
+    """How much nearer than they may be bodies are, by tick and joint, (K, nv) [m]."""
     pairs = list(_too_near(arm, run))
     begun = max((float(near[0]) for _, near in pairs), default=0.0)
     return farther(arm, run, strict.body + max(begun, 0.0), iter(pairs))

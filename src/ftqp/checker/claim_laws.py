@@ -17,10 +17,7 @@ HALF_TURN = 1e-3
 
 @lru_cache(maxsize=1)
 def errors(arm: ModelFile, run: Trace) -> tuple[FloatArray, FloatArray]:
-    """Distance [m] and angle [rad] from the true tip to its target along the rows of the task, each (K,).
-
-    Several laws ask for those of one run, so the last ones are kept.
-    """
+    """Distance [m] and angle [rad] from tip to target along the task's rows, (K,); the last are kept."""
     tip, target = arm.tips(run.q[:-1]), run.target
     wanted = [row in run.rows for row in ROWS]
     distance = (target[:, :3, 3] - tip[:, :3, 3])[:, wanted[:3]]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import Strictness, Trace
+from ftqp.checker.trace import Trace
 from ftqp.core.checks import BoolArray, FloatArray
 
 TELLING = 1e-9
@@ -13,11 +13,7 @@ IMPACT = 0.1
 
 
 def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]]:
-    """Which joints obey, (K, nv), and the limits that are left, (K, nv) by name, at each tick.
-
-    A weakened joint has its lower limits from the report on; until then nobody knows that it does
-    not follow its command.
-    """
+    """Which joints obey, (K, nv), and limits left by name, (K, nv); a weak joint's from its report."""
     t = run.t
     obeys = np.ones((len(t), len(arm.names)), dtype=np.bool_)
     limits = {
@@ -35,24 +31,14 @@ def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]
     return obeys, limits
 
 
-def jumps(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
-    """Ticks in which a joint stops in no time, so that velocities of the others jump, (K,).
+def jumps(arm: ModelFile, run: Trace, lasting: float) -> BoolArray:
+    """Ticks in which a joint stops in no time, (K,), so that the others jump and are thrown for so long [s].
 
     One that locks so does, and one that swings freely into its end stop: outside its range it loses more than
     half of its speed in a tick. What that does to the others is mechanics, and no command's doing; in physics
     they swing for a while.
     """
-    after = max(1, round(strict.grace / run.dt))
-    spread = np.convolve(_blows(arm, run), np.ones(after + 1))[: len(run.status)] > 0.0
-    return _locks(run) | spread
-
-
-def thrown(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
-    """Ticks in which others are thrown by such a joint, (K,): what they are given then, they may have.
-
-    Those of ``jumps``, but of the time in which an arm in physics swings only the blow itself.
-    """
-    after = max(1, round(strict.blow / run.dt))
+    after = max(1, round(lasting / run.dt))
     spread = np.convolve(_blows(arm, run), np.ones(after + 1))[: len(run.status)] > 0.0
     return _locks(run) | spread
 

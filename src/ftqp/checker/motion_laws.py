@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.checker.joint_health import health, jumps, reported_anew, thrown
+from ftqp.checker.joint_health import health, jumps, reported_anew
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.trace import Failure, Strictness, Trace
 from ftqp.core.checks import BoolArray, FloatArray
@@ -31,7 +31,7 @@ def speed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     result = np.zeros(obeys.shape)
     if not (obeys & (v[1:] > (1.0 + strict.speed) * v_max)).any():
         return result
-    fresh, blow = reported_anew(obeys, limits), thrown(arm, run, strict)
+    fresh, blow = reported_anew(obeys, limits), jumps(arm, run, strict.blow)
     given = np.zeros(v.shape[1])
     for k in range(len(result)):
         given = np.where(fresh[k], np.maximum(given, v[k]), given)
@@ -49,7 +49,9 @@ def acceleration(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     obeys, limits = health(arm, run)
     over = np.abs(np.diff(run.v, axis=0)) / (run.dt * limits["a_max"]) - 1.0
     rounding = 4.0 * np.finfo(float).eps * np.abs(run.v[1:]) / (run.dt * limits["a_max"])
-    return np.where(obeys & ~jumps(arm, run, strict)[:, None], over - rounding - strict.acceleration, 0.0)
+    return np.where(
+        obeys & ~jumps(arm, run, strict.grace)[:, None], over - rounding - strict.acceleration, 0.0
+    )
 
 
 def position(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
@@ -83,7 +85,7 @@ def braking(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     let = strict.position + BAND_SIGMAS * strict.noise
     if not (obeys & (then > let)).any():
         return np.zeros(obeys.shape)
-    excused = ~obeys | thrown(arm, run, strict)[:, None]
+    excused = ~obeys | jumps(arm, run, strict.blow)[:, None]
     return _beyond(now, then, reported_anew(obeys, limits), excused, let)
 
 
@@ -168,13 +170,10 @@ def _swings(arm: ModelFile, run: Trace, begin: int, end: int) -> FloatArray:
 
 
 def chatter(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
-    """How many jolts in a row a joint gives beyond those of a correction, (K, nv).
-
-    A jolt is a full acceleration that turns into a full one of the other sign within some ticks.
-    """
+    """How many jolts, full acceleration one way and soon the other, beyond a correction, (K, nv)."""
     obeys, limits = health(arm, run)
     a = np.diff(run.v, axis=0) / run.dt
-    counts = obeys & ~jumps(arm, run, strict)[:, None] & (np.abs(a) >= FULL * limits["a_max"])
+    counts = obeys & ~jumps(arm, run, strict.grace)[:, None] & (np.abs(a) >= FULL * limits["a_max"])
     result = np.zeros(a.shape)
     for i in range(a.shape[1]):
         full = np.flatnonzero(counts[:, i])

@@ -134,10 +134,7 @@ STOPS: Final = ("STOPPING", "STOPPED")
 
 
 def recovery(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
-    """By how much the end of a task is missed that the joints left can do, at the last tick, (K, 1).
-
-    An arm that was stopped misses nothing: it says that it does not go on.
-    """
+    """By how much the end of a task that is possible is missed, at the last tick, (K, 1); 0 if stopped."""
     result = np.zeros((len(run.status), 1))
     if run.rest is not None and run.rest.feasible and not run.rest.stopped:
         result[-1] = run.rest.missed

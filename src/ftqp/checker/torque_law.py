@@ -46,7 +46,7 @@ def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     held = np.zeros(len(run.t), dtype=np.bool_)
     for begin, end in run.holds:
         held |= (run.t > begin - 1.5 * run.dt) & (run.t < end + 0.5 * run.dt)
-    over = np.where(obeys & ~(held | jumps(arm, run, strict))[:, None], over, 0.0)
+    over = np.where(obeys & ~(held | jumps(arm, run, strict.grace))[:, None], over, 0.0)
     claimed = run.claims_ok
     result[claimed] = over[claimed]
     if run.planes or not run.minds_torques:
@@ -104,11 +104,7 @@ def _can_be_kept(
 
 
 def accelerations(run: Trace, k: int, limits: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """What each joint's acceleration may be in a tick, with room to spare, (nv,) each [rad/s2 or m/s2].
-
-    After it the joint keeps its limits of speed and range and can still brake; one that cannot any more
-    brakes fully.
-    """
+    """What each joint may accelerate and still brake, (nv,) each [rad/s2 or m/s2]; else it brakes."""
     high = _highest(run, run.q[k], run.v[k], limits)
     mirrored = {**limits, "q_min": -limits["q_max"], "q_max": -limits["q_min"]}
     low = -_highest(run, -run.q[k], -run.v[k], mirrored)

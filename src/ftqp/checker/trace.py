@@ -18,11 +18,7 @@ KINDS = ("locked", "free", "degraded")
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Failure:
-    """What really happened to a joint.
-
-    Raises:
-        InputError: The laws know no such kind.
-    """
+    """What really happened to a joint."""
 
     joint: int  # Its 0-based index
     kind: str  # One of ``KINDS``

@@ -50,11 +50,7 @@ def array(
 
 
 def numbers(name: str, value: Any, expected: str = "") -> FloatArray:
-    """``value`` as a fresh contiguous array of float64 of whatever shape; NaN and infinities pass.
-
-    Texts are refused, which numpy would read as numbers, and so are complex numbers and dates, which it would
-    cut.
-    """
+    """``value`` as a fresh float64 array of any shape; texts, complex numbers and dates are refused."""
     try:
         given = np.asarray(value)
         kind = given.dtype.kind
@@ -109,20 +105,12 @@ def instance(name: str, value: Any, kind: type | UnionType, expected: str) -> No
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:
-    """``value`` as a float that is finite and greater than zero.
-
-    Raises:
-        InputError: Not a number, not finite, or not positive.
-    """
+    """``value`` as a float that is finite and greater than zero."""
     return _number(name, value, unit, least=0.0, strict=True)
 
 
 def non_negative(name: str, value: Any, unit: str = "") -> float:
-    """``value`` as a float that is finite and at least zero.
-
-    Raises:
-        InputError: Not a number, not finite, or negative.
-    """
+    """``value`` as a float that is finite and at least zero."""
     return _number(name, value, unit, least=0.0, strict=False)
 
 

@@ -9,10 +9,7 @@ SHARED = re.compile(r"\b(lib([\w+-]+)\.so\.(\d+))\S*: cannot open shared object 
 
 
 def missing_library(error: ImportError) -> str | None:
-    """A sentence on the library of the system that a package lacks; None where that is not why it failed.
-
-    Slim systems leave libraries out that packages of pip build on; pinocchio's needs ``libgomp.so.1``.
-    """
+    """The system's library that a package lacks, in a sentence; None where it fails otherwise."""
     found = SHARED.search(str(error))
     if found is None:
         return None

@@ -7,14 +7,7 @@ from typing import Any, final
 
 @final
 class Picture:
-    """A picture as the bytes of a PNG file.
-
-    A cell of a notebook shows it where it is the last line; elsewhere ``save`` writes it.
-
-    Args:
-        png: The bytes.
-        title: What it shows, in a line.
-    """
+    """A PNG file (``png``) and its ``title``: a notebook shows it, ``save`` writes it."""
 
     __slots__ = ("_png", "title")
 

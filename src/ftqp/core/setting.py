@@ -87,9 +87,7 @@ class Key:
 
 
 def tables_of(
-    owner: type[Any] | None,
-    kinds: Mapping[str, type[Any]] | None = None,
-    usual: str | None = None,
+    owner: type[Any] | None, kinds: Mapping[str, type[Any]] | None = None, usual: str | None = None
 ) -> dict[str, Mapping[str, Key]]:
     """The keys of a class whose objects are tables of a file, by their kind."""
     shared = {} if owner is None else keys_of(owner)

@@ -68,12 +68,7 @@ def curves_svg(
 
 
 def strips_svg(rows: BoolArray, says: str) -> str:
-    """A strip a row, green where it is true.
-
-    Args:
-        rows: What is true where, (rows, K).
-        says: What is seen; it stands below.
-    """
+    """A strip a row, green where it is true, (rows, K), above what is seen."""
     rows = np.asarray(rows, dtype=np.bool_)
     if rows.size == 0:
         return ""

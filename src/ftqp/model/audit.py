@@ -88,10 +88,7 @@ note = partial(Finding, Severity.NOTE)
 
 
 def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
-    """Raises when the robot is unsafe, or has no tip of a name: where that is all, it says only that.
-
-    Where the tip is still to be chosen that question comes first: what else is found is of any of the arms.
-    """
+    """Raises where the robot is unsafe: for a wrong tip alone, a tip to choose first, or every finding."""
     every = sorted(findings, key=lambda finding: finding.severity is not Severity.UNSAFE)
     unsafe_ones = [finding for finding in every if finding.severity is Severity.UNSAFE]
     if not unsafe_ones:
@@ -295,10 +292,7 @@ def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
 
 
 def length_findings(names: Sequence[str], offset: FloatArray) -> list[Finding]:
-    """What is wrong with the places of joints and frames.
-
-    ``offset`` is the place of each in the joint before it, (count, 3) [m].
-    """
+    """What is wrong with the places of joints and frames in the joint before them, (count, 3) [m]."""
     found = [
         unsafe(f"{name!r} is {np.abs(place).max():g} m from the joint before it; correct the model")
         for name, place in zip(names, offset, strict=True)

@@ -98,11 +98,7 @@ class Chain:
 
 
 def limbs_of(parent: IntArray, tip_joint: int) -> list[list[int]]:
-    """The lines along which an arm is drawn: rows of its places, base, joints and tip from 0 on.
-
-    Each begins where it leaves an earlier one and ends at the tip or at a joint that carries none. A serial
-    arm has one.
-    """
+    """The lines along which an arm is drawn, rows of places from 0 on, each from where it leaves one."""
     n = len(parent)
     above = [0, *(int(i) + 1 for i in parent), tip_joint + 1]
     seen, found = {0}, []

@@ -36,10 +36,7 @@ class Follower:
 def leads_of(
     names: Sequence[str], followers: Mapping[str, Follower]
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Leader, ratio and offset of every joint by its place in ``names``, (nv,) each.
-
-    Of one that cannot follow, for which ``follower_findings`` has a sentence, those of a joint that does not.
-    """
+    """Leader, ratio and offset of every joint, (nv,) each; of one that cannot follow those of a free one."""
     lead, ratio, offset = np.arange(len(names)), np.ones(len(names)), np.zeros(len(names))
     for i, name in enumerate(names):
         follower = followers.get(name)

@@ -38,10 +38,7 @@ def base_wrenches(robot: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> Fl
 
 
 def mount_of(robot: Any, name: str) -> tuple[int, FloatArray]:
-    """The joint that a frame moves with, -1 is none, and its pose in the chain's frame of that joint, (4, 4).
-
-    The chain's frames have their z axis along the joint, so that they are others than pinocchio's.
-    """
+    """The joint that a frame moves with, -1 is none, and its pose (4, 4) in the chain's frame of that."""
     T = robot.pose(np.zeros(robot.nv), name)
     body = int(robot.model.frames[named_frame(robot.model, name)].parentJoint) - 1
     chain, W = robot.chain, np.eye(4)

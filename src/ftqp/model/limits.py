@@ -6,7 +6,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, IntArray, as_number, frozen, instance
+from ftqp.core.checks import FloatArray, IntArray, as_number, frozen, instance, numbers
 from ftqp.core.errors import InputError, unknown
 
 RISE_TIME = 0.2
@@ -138,12 +138,7 @@ def by_joint(name: str, value: Any, joints: Sequence[str], now: Any) -> Any:
 
 def one_each(name: str, value: Any, count: int) -> FloatArray:
     """``value``, one number or one a joint, as a new array (count,); NaN is for the audit to find."""
-    try:
-        result = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(
-            f"{name} is not an array of numbers: {value!r:.80}; expected shape (nv,) = ({count},)"
-        ) from error
+    result = numbers(name, value, f"; expected shape (nv,) = ({count},)")
     if result.shape == ():
         return np.full(count, float(result))
     if result.shape != (count,):

@@ -36,11 +36,7 @@ def scaled_jacobian(
     length: float,
     tool_axes: FloatArray | None = None,
 ) -> FloatArray:
-    """The task's Jacobian, its angular rows times the characteristic length, (m, nv) [m].
-
-    The frames are placed in ``data``, and ``length`` is the characteristic length [m]. Angular rows go along
-    W, or along ``tool_axes``, a rotation (3, 3) from the tip's frame.
-    """
+    """J (m, nv) [m], angular rows times the length, along W or ``tool_axes`` (3, 3) of the tip."""
     J = pin.computeFrameJacobian(model, data, configuration, tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
     J = J.reshape(6, -1)  # pinocchio gives one joint's as a vector
     if tool_axes is not None:

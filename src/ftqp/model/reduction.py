@@ -11,7 +11,7 @@ from ftqp.core.errors import InputError, nearest, unknown
 from ftqp.model.audit import OPEN_TIP, WRONG_TIP, Finding, unsafe
 from ftqp.model.chain import frame_id, kind
 from ftqp.model.followers import Follower
-from ftqp.model.grafting import MARK, graft
+from ftqp.model.serial import MARK, graft
 
 FREE = 6
 """Degrees of freedom of a joint that holds nothing."""
@@ -98,10 +98,7 @@ def reduced(
 
 
 def _depth_first(model: Any) -> list[int]:
-    """pinocchio's numbers of the joints, 0 is the base: a joint, then all that hangs on it.
-
-    Files are read in this order. pinocchio's mass matrix is wrong in any other, and MuJoCo has no other.
-    """
+    """pinocchio's numbers of joints, depth first as in files; in others its mass matrix is wrong."""
     order, left = [], [0]
     while left:
         order.append(left.pop())
@@ -196,10 +193,7 @@ def named_frame(model: Any, name: Any) -> int:
 
 
 def _ends(model: Any, held: set[int]) -> list[str]:
-    """Bodies and operational frames with no other frame behind them, not carried by a held joint.
-
-    What only a free joint carries is a thing that lies there.
-    """
+    """Bodies and operational frames at ends that no held joint carries, nor a free joint alone."""
     kinds = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
     parents = {f.parentFrame for f in model.frames}
     arm = {i for i in range(1, model.njoints) if model.nvs[i] < FREE}

@@ -21,7 +21,6 @@ from ftqp.model.capsules import WORLD, Capsule, Shapes, bodies_of, carried, chec
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
 from ftqp.model.followers import coupled_columns, coupled_limits, coupled_places, coupled_square, followers_of
 from ftqp.model.frames import way_to
-from ftqp.model.grafting import base_limits, free_base, free_base_limits, is_about_base, planar_base
 from ftqp.model.limits import JointLimits, joined, one_each, part_of
 from ftqp.model.payload import Payload
 from ftqp.model.reading import urdf
@@ -29,7 +28,17 @@ from ftqp.model.reading.safe_xml import allowed_pairs
 from ftqp.model.reading.source import Source, source_of
 from ftqp.model.reduction import joint_index, named_frame, wanted_tips
 from ftqp.model.robot_table import robot_html
-from ftqp.model.serial import EARTH, TIP, Inertial, dh_model
+from ftqp.model.serial import (
+    EARTH,
+    TIP,
+    Inertial,
+    base_limits,
+    dh_model,
+    free_base,
+    free_base_limits,
+    is_about_base,
+    planar_base,
+)
 from ftqp.model.shape import dynamics_findings, neutral_of
 from ftqp.model.urdf_text import urdf_text
 

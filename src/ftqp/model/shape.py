@@ -50,11 +50,7 @@ def reach_of(chain: Chain, limits: JointLimits) -> float:
 
 
 def neutral_of(limits: JointLimits, wanted: FloatArray | None) -> FloatArray:
-    """A configuration inside the limits, (nv,) [rad or m].
-
-    ``wanted`` is taken as it is where it respects the limits, clipped where they were narrowed; without it a
-    joint is at zero where that is well inside, else in the middle of its range.
-    """
+    """A configuration inside the limits, (nv,) [rad or m]: the wanted one, else zero or the middle."""
     low, high = limits.q_min, limits.q_max
     if wanted is not None:
         if not np.isfinite(wanted).all():

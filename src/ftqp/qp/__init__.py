@@ -3,10 +3,9 @@
 from ftqp.qp import dtrnn
 from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.adapters.registry import BackendInfo, backend, backend_names, backends
-from ftqp.qp.answer_check import accepted, residuals
 from ftqp.qp.problem import QP, Certificate, Residuals, Solution, SolveStatus
 from ftqp.qp.recording.recorded_qps import Recorder, Recording
-from ftqp.qp.solving import solve
+from ftqp.qp.solving import accepted, residuals, solve
 
 __all__ = [
     "QP",

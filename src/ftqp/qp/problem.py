@@ -11,6 +11,8 @@ from ftqp.core.errors import InputError
 
 PARTS = ("H", "g", "A", "b", "C", "l", "u", "lb", "ub")
 """What a QP is made of."""
+IN_ONE_PIECE = ("H", "g", "A", "C", "lb", "b", "l", "ub", "b", "u")
+"""The parts in the order of ``QPBuffers.flat``."""
 ANSWER = ("x", "y", "z", "z_box")
 """What solving one gives."""
 SYMMETRY_TOLERANCE = 1e-9

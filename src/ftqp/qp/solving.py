@@ -6,11 +6,151 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.kernel.entry.workspace import kkt
 from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.adapters.registry import backend as backend_of
-from ftqp.qp.answer_check import accepted, infeasibility, residuals
-from ftqp.qp.problem import PARTS, QP, Solution, SolveStatus
+from ftqp.qp.problem import IN_ONE_PIECE, PARTS, QP, Certificate, Residuals, Solution, SolveStatus
+
+ACCEPTANCE = 1e-6
+"""Largest residual that counts as solved, relative to 1 + the size of what is compared (see ``scales``)."""
+PROOF_TOLERANCE = 1e-9
+"""Least |value| of a certificate, relative to the sum of the sizes of its terms, that proves infeasibility:
+they cancel to all but this share. Below it may lie rounding of the data, some 1e-12."""
+NEWTON_STEPS = 100
+"""Steps in search of a proof at most, so that none goes on for ever."""
+HALVINGS = 40
+"""How often a step is halved at most: what is left then, 1e-12 of it, is rounding."""
+RAY_TOLERANCE = 1e-9
+"""Largest entry of A'y + C'z, relative to the certificate, along a variable without a bound on that side."""
+
+
+def residuals(
+    problem: QP | QPBuffers, x: FloatArray, y: FloatArray, z: FloatArray, z_box: FloatArray
+) -> Residuals:
+    """The KKT residuals of (x, y, z, z_box); the formula is in ``ftqp.kernel.judge.solution_check``.
+
+    Args:
+        problem: The QP.
+        x: The point, (n,).
+        y: Multipliers of Ax = b, (m,).
+        z: Multipliers of the two-sided rows, (p,), > 0 at an upper bound.
+        z_box: Multipliers of the bounds of x, (n,).
+
+    Returns:
+        Primal, dual, complementarity and gap, infinite where NaN is involved.
+    """
+    flat = np.concatenate([np.ravel(getattr(problem, part)) for part in IN_ONE_PIECE])
+    found = kkt(flat, np.concatenate([x, z_box, y, z]), problem.n, problem.m, problem.p)
+    primal, dual, complementarity, gap = (float(value) for value in found)
+    return Residuals(primal=primal, dual=dual, complementarity=complementarity, gap=gap)
+
+
+def accepted(
+    problem: QP | QPBuffers, found: Residuals, x: FloatArray, y: FloatArray, tolerance: float = ACCEPTANCE
+) -> bool:
+    """Whether residuals say that the QP is solved: each is at most tolerance times its scale (``scales``).
+
+    Args:
+        problem: The QP.
+        found: The residuals of the point.
+        x: The point, (n,).
+        y: Multipliers of Ax = b, (m,).
+        tolerance: The largest residual over its scale that counts as solved, > 0, without unit. A larger one
+            accepts coarser answers.
+    """
+    if not np.isfinite(found.largest):
+        return False
+    values = np.array([found.primal, found.dual, found.complementarity, found.gap])
+    return bool((values <= tolerance * scales(problem, x, y)).all())
+
+
+def scales(problem: QP | QPBuffers, x: FloatArray, y: FloatArray) -> FloatArray:
+    """What each residual is compared with, (4,): 1 + the size of the terms that cancel in it.
+
+    primal          1 + max(|x|, |Cx|, |b|)
+    dual            1 + max(|Hx|, |g|)
+    complementarity 1 + the smaller of these two maxima
+    gap             1 + |x'Hx| + |g'x| + |b'y|
+    """
+    Hx = problem.H @ x
+    point = max(_size(x), _size(problem.C @ x), _size(problem.b))
+    force = max(_size(Hx), _size(problem.g))
+    energy = abs(float(x @ Hx)) + abs(float(problem.g @ x)) + abs(float(problem.b @ y))
+    return 1.0 + np.array([point, force, min(point, force), energy])
+
+
+def _size(values: FloatArray) -> float:
+    return float(np.abs(values).max(initial=0.0))
+
+
+def infeasibility(problem: QP) -> Certificate | None:
+    """The Farkas certificate of an infeasible QP, or None when there is none.
+
+    At the point within lb <= x <= ub closest to the other constraints (``_nearest``) what remains of them,
+    y = Ax - b, z = Cx - clip(Cx, l, u) and z_box = -(A'y + C'z), is the certificate, of value
+    -(|y|^2 + |z|^2). The value is recomputed from y and z alone, so an inexact point cannot prove anything
+    false.
+    """
+    q, m = problem, problem.m
+    if m + q.p == 0:
+        return None
+    rows = np.vstack([q.A, q.C])
+    below, above = np.concatenate([q.b, q.l]), np.concatenate([q.b, q.u])
+    point = _nearest(rows, below, above, q.lb, q.ub)
+    rest = _missed(rows @ point, below, above)
+    out, free = rest != 0.0, (point > q.lb) & (point < q.ub)
+    missed = rows[np.ix_(out, free)]  # what they pull free variables by is rounding: it is taken out
+    rest[out] -= missed @ np.linalg.lstsq(missed, rest[out], rcond=None)[0]
+    violation = _size(rest)
+    z_box = -(rows.T @ rest)
+    multipliers = np.concatenate([z_box, rest])
+    bounds = np.where(multipliers > 0.0, np.concatenate([q.ub, above]), np.concatenate([q.lb, below]))
+    open_side = ~np.isfinite(bounds)
+    # On a side without a bound a multiplier is rounding of the least squares, or nothing is proven.
+    negligible = RAY_TOLERANCE * violation * max(1.0, _size(rows))
+    if _size(multipliers[open_side]) > negligible:
+        return None
+    terms = multipliers[~open_side] * bounds[~open_side]
+    least = max(0.5 * float(rest @ rest), PROOF_TOLERANCE * float(np.abs(terms).sum()))
+    if not float(terms.sum()) < -least:
+        return None
+    return Certificate(y=rest[:m], z=rest[m:], z_box=z_box, violation=violation)
+
+
+def _missed(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    return values - np.clip(values, low, high)
+
+
+def _nearest(
+    rows: FloatArray, below: FloatArray, above: FloatArray, lb: FloatArray, ub: FloatArray
+) -> FloatArray:
+    """The x within lb <= x <= ub closest to below <= rows x <= above, by projected Newton steps.
+
+        min 1/2 |rows x - clip(rows x, below, above)|^2
+
+    is piecewise quadratic: a step is the least squares of the rows that are missed, over the variables that
+    no bound holds. It ends where nothing is gained any more, and after ``NEWTON_STEPS`` at the latest.
+    """
+    x = np.clip(np.zeros(len(lb)), lb, ub)
+    rest = _missed(rows @ x, below, above)
+    for _ in range(NEWTON_STEPS):
+        slope = rows.T @ rest
+        free, out = ~(((x <= lb) & (slope >= 0.0)) | ((x >= ub) & (slope <= 0.0))), rest != 0.0
+        if not (free.any() and out.any()):
+            break
+        step = np.zeros(len(x))
+        step[free] = np.linalg.lstsq(rows[np.ix_(out, free)], -rest[out], rcond=None)[0]
+        for share in 0.5 ** np.arange(HALVINGS):
+            to = np.clip(x + share * step, lb, ub)
+            left = _missed(rows @ to, below, above)
+            if left @ left < rest @ rest:
+                break
+        else:
+            break
+        x, rest = to, left
+    return np.asarray(x)
 
 
 def solve(
@@ -20,7 +160,7 @@ def solve(
 
     The solver's word is not taken. The status is SOLVED exactly when the KKT residuals are small enough
     (``ftqp.qp.accepted``), INFEASIBLE exactly when they are not and a Farkas certificate is found
-    (``ftqp.qp.answer_check.infeasibility``), whatever the solver claimed; otherwise it is MAX_ITERATIONS if
+    (``ftqp.qp.solving.infeasibility``), whatever the solver claimed; otherwise it is MAX_ITERATIONS if
     the solver ran into its cap, else FAILED.
 
     Args:

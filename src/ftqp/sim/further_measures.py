@@ -23,7 +23,7 @@ from ftqp.core.checks import FloatArray, array
 from ftqp.core.pose import rotation_vector
 from ftqp.model.frames import PlacedFrames, centre_of_mass
 from ftqp.model.robot import Robot
-from ftqp.sim.log.signals import BODIES, ITSELF, PLANES, ROTATION, TASKS, Measured
+from ftqp.sim.log.signals import BODIES, ITSELF, PLANES, ROTATION, TASKS, Column
 
 _DISTANCES = {
     PLANE: "distance of the point from its plane, positive on its side",
@@ -35,11 +35,7 @@ _DISTANCES = {
 
 @final
 class FurtherMeasures:
-    """Errors of the further tasks, distances of kept points and clearances of a planner, at any posture.
-
-    Tasks and constraints of the user's own that say no unit have no error that could be known here, and are
-    left out.
-    """
+    """Errors of further tasks, distances of kept points, clearances at any posture, if they have a unit."""
 
     def __init__(self, planner: Planner) -> None:
         self._planner = planner
@@ -64,17 +60,17 @@ class FurtherMeasures:
         return len(self._errors) + len(self._keeps) + len(self._own) + len(self._bodies)
 
     @property
-    def all(self) -> tuple[Measured, ...]:
+    def columns(self) -> tuple[Column, ...]:
         """What is measured, in the order of the numbers."""
         tasks = [
-            Measured(TASKS, self._tasks[k].name + error.suffix, error.unit, error.about)
+            Column(f"{TASKS}.{self._tasks[k].name}{error.suffix}", error.unit, error.about)
             for k, error in self._errors
         ]
         return (
             *tasks,
-            *(Measured(PLANES, keep.label, keep.unit, _DISTANCES[keep.shape]) for keep in self._keeps),
-            *(Measured(PLANES, own.label, own.unit, own.about) for own in self._own),
-            *(Measured(BODIES, name, "m", _apart(name)) for name in self._bodies),
+            *(Column(f"{PLANES}.{keep.label}", keep.unit, _DISTANCES[keep.shape]) for keep in self._keeps),
+            *(Column(f"{PLANES}.{own.label}", own.unit, own.about) for own in self._own),
+            *(Column(f"{BODIES}.{name}", "m", _apart(name)) for name in self._bodies),
         )
 
     def at(self, q: FloatArray) -> FloatArray:

@@ -119,7 +119,6 @@ class ClockLeader(Leader):
         self._planner, self.targets, self.world = planner, targets, world
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
-        """Begin a run of so many ticks at (q, v), each (nv,)."""
         if self.world is None:
             self._planner.reset(q, v)
         else:
@@ -127,25 +126,21 @@ class ClockLeader(Leader):
         self.targets.reset(ticks)
 
     def aim(self, k: int, q: FloatArray) -> None:
-        """Find the target of tick k, and measure tip and base where it moves; q is true, (nv,)."""
         self.targets.aim(k)
         if self.world is not None:
             self.world.sense(k, q)
 
     def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
-        """The command at the measured state (q, v) and torques, each (nv,)."""
         if self.world is not None:
             return self.world.step(q, v, self.targets.target)
         return self._planner.step(q, v, self.targets.target, tau=tau)
 
     @property
     def target(self) -> Target:
-        """What the last step aimed at, in the frame of the path."""
         return self.targets.target
 
     @property
     def standing(self) -> Standing:
-        """Where the clock is on the path; nothing blocks it."""
         return Standing(self.targets.progress, self.targets.progress)
 
 
@@ -161,7 +156,6 @@ class ProgressLeader(Leader):
         self._progress, self._waited = 0.0, 0.0
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
-        """Begin the path anew at (q, v), each (nv,)."""
         self._follower.reset(q, v)
         self._progress, self._waited = 0.0, 0.0
 
@@ -170,14 +164,12 @@ class ProgressLeader(Leader):
         self._progress = self._follower.progress
 
     def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
-        """The follower's command at the measured state (q, v) and torques, each (nv,)."""
         step = self._follower.step(q, v, tau=tau)
         self._waited += self._follower.planner.dt if self._follower.status is PathStatus.BLOCKED else 0.0
         return step
 
     @property
     def target(self) -> Target:
-        """What the last step aimed at, in W."""
         return self._follower.target
 
     @property
@@ -202,7 +194,6 @@ class GoalLeader(Leader):
         self._goto, self._target, self._time = goto, Target(pose=goto.pose), 0.0
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
-        """Begin anew at (q, v), each (nv,)."""
         self._goto.reset(q, v)
         self._time = 0.0
 
@@ -211,17 +202,14 @@ class GoalLeader(Leader):
         self._time = k * self._goto.planner.dt
 
     def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
-        """The command at the measured state (q, v) and torques, each (nv,)."""
         return self._goto.step(q, v, tau=tau)
 
     @property
     def target(self) -> Target:
-        """The goal."""
         return self._target
 
     @property
     def standing(self) -> Standing:
-        """For how long the arm has been on its way, and whether it is there."""
         return Standing(self._time, self._time, finished=self._goto.done)
 
 

@@ -354,11 +354,7 @@ class Simulation:
     def _recorded(self, sink: RowSink) -> Result:
         """All ticks and their rows; the state of the log says how it ended once every row is kept."""
         recorder = TickRecorder(
-            sink,
-            self._planner,
-            self._leader,
-            sensed=self._arm.sensed,
-            singularities=self._singularities,
+            sink, self._planner, self._leader, sensed=self._arm.sensed, singularities=self._singularities
         )
         try:
             result = self._ticks(recorder)

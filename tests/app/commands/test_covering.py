@@ -10,7 +10,7 @@ from tests.app.conftest import invoke as asked
 from typer.testing import Result
 
 import ftqp
-from ftqp.app.run.healthy_motion import healthy_motion
+from ftqp.app.commands.covering import healthy_motion
 from ftqp.app.scenario.setup import load
 
 LINE = "planar3-line"

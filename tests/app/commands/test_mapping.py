@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.app.conftest import invoke
 
-from ftqp.analysis.map_chunks import map_chunk, points
+from ftqp.analysis.workspace_map import map_chunk, points
 from ftqp.app.commands.mapping import load_study
 from ftqp.app.scenario.document import bundled
 

@@ -12,7 +12,6 @@ from tests.app.conftest import invoke as asked
 from typer.testing import Result
 
 from ftqp.app.commands import covering
-from ftqp.app.commands.covering import PairWork
 
 LINE = "planar3-line"
 COARSE = ("--waypoints", "30", "--spacing", "0.15", "--set", "planner.dt=0.02")
@@ -49,7 +48,7 @@ def test_interrupted_coverage_goes_on_to_the_same_rows(
     whole = asked("coverage", LINE, *EVERY, "--out", tmp_path / "whole", "--json")
     assert whole.exit_code == 0, whole.output
     out = tmp_path / "out"
-    mend = interrupting(PairWork, "__call__", 2, monkeypatch)
+    mend = interrupting(covering, "pair_rows", 2, monkeypatch)
     broken = asked("coverage", LINE, *EVERY, "--out", out)
     mend()
     assert broken.exit_code == 130 and f"--out {out} --resume goes on from there" in text(broken)

@@ -8,7 +8,7 @@ from tests.app.deployment.test_library import Library, numbers
 from tests.app.deployment.test_watching import Finding
 
 import ftqp
-from ftqp.app.deployment.arm_file import arm_file
+from ftqp.app.deployment.headers import arm_file
 from ftqp.app.scenario.setup import load
 
 pytest.importorskip("mujoco", reason="needs mujoco, which the extra 'sim' brings")

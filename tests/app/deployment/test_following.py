@@ -7,8 +7,8 @@ import pytest
 from tests.app.deployment.test_library import MISTAKES, Library, fault_of, numbers
 
 import ftqp
-from ftqp.app.deployment.arm_file import arm_file
 from ftqp.app.deployment.built_folder import BuildRequest, build_folder
+from ftqp.app.deployment.headers import arm_file
 
 PANDA = ftqp.robots.load("panda")
 DT = 1e-3

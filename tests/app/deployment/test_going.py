@@ -8,7 +8,7 @@ from tests.app.deployment.test_demo_episode import SIGNALS
 from tests.app.deployment.test_library import Library, fault_of, numbers
 
 import ftqp
-from ftqp.app.deployment.arm_file import arm_file
+from ftqp.app.deployment.headers import arm_file
 
 pytestmark = pytest.mark.long
 PANDA = ftqp.robots.load("panda")

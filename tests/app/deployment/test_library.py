@@ -11,9 +11,8 @@ from deployed_library import compare, difference, fuzz, library, replayed, repla
 from tests.telescope import telescope
 
 import ftqp
-from ftqp.app.deployment.arm_file import HEAD, arm_file
 from ftqp.app.deployment.built_folder import TEXTS
-from ftqp.app.deployment.headers import arm_header, fingerprint
+from ftqp.app.deployment.headers import HEAD, arm_file, arm_header, fingerprint
 from ftqp.control.planner.status import StepStatus
 from ftqp.kernel.layout.enums import StopReason
 

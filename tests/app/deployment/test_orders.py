@@ -7,8 +7,7 @@ import pytest
 from tests.app.deployment.test_library import MISTAKES, Library, fault_of, numbers
 
 import ftqp
-from ftqp.app.deployment.arm_file import arm_file
-from ftqp.app.deployment.headers import arm_header
+from ftqp.app.deployment.headers import arm_file, arm_header
 from ftqp.app.scenario.setup import load
 
 PANDA = ftqp.robots.load("panda")

@@ -7,7 +7,7 @@ import pytest
 from tests.app.deployment.test_library import MISTAKES, Library, fault_of
 
 import ftqp
-from ftqp.app.deployment.arm_file import arm_file
+from ftqp.app.deployment.headers import arm_file
 
 PANDA = ftqp.robots.load("panda")
 DT, NOISE = 1e-3, ftqp.Noise(q=1e-5, tau=0.05)

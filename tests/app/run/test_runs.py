@@ -9,8 +9,8 @@ import pytest
 from tests.app.conftest import setup_of
 
 import ftqp
+from ftqp.app.commands.covering import healthy_motion, task_of
 from ftqp.app.run import runs
-from ftqp.app.run.healthy_motion import healthy_motion, task_of
 from ftqp.app.run.recorded_robot import recorded_robot
 from ftqp.app.scenario.setup import Setup, load
 from ftqp.core.errors import FtqpError, InputError, ScenarioError

@@ -8,8 +8,8 @@ import pytest
 from tests.app.conftest import invoke
 
 import ftqp
+from ftqp.app.commands.covering import healthy_motion, task_of
 from ftqp.app.run import runs
-from ftqp.app.run.healthy_motion import healthy_motion, task_of
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import ScenarioError
 

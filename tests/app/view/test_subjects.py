@@ -7,9 +7,9 @@ import pytest
 
 import ftqp
 from ftqp.app.campaign.kept_campaign import STUDY
+from ftqp.app.commands.covering import healthy_motion
 from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
-from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.scenario.setup import load
 from ftqp.app.view.verdicts_file import read_verdicts, write_verdicts
 from ftqp.core.errors import InputError

@@ -209,7 +209,7 @@ TASKS = [
     (lambda: ftqp.AxisTask("a", towards="a"), "a axis points at its own frame"),
     (lambda: ftqp.AxisTask("a", along=[0, 0, 0]), "expected a direction"),
     (lambda: ftqp.JointTask({}), "expected places by joint"),
-    (lambda: ftqp.LeastSquares(7, print), "rows of LeastSquares is 7, expected 1 to 6"),
+    (lambda: ftqp.LeastSquares(7, print), "rows of LeastSquares is 7, expected a whole number from 1 to 6"),
     (lambda: ftqp.LeastSquares(1, 3), "expected a function"),
     (lambda: ftqp.PostureTask(name=""), "name is ''"),
 ]  # fmt: skip

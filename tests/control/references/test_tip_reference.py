@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.references.jerk_limit import Motion, State
-from ftqp.control.references.tip_reference import TipLimits, TipReference
+from ftqp.control.references.jerk_limit import Motion, State, TipLimits, TipReference
 from ftqp.core.pose import rotation_exp, rotation_vectors, transform
 
 DT = 1e-3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.sim.plants.hidden_faults import Jammed, Weakened
+from ftqp.sim.plants.troubled_plant import Jammed, Weakened
 
 DT, SIGMA = 1e-3, 1e-4
 AT, WATCHED = 1.0, 0.3

@@ -79,7 +79,7 @@ def test_samples_that_are_too_rare_are_refused() -> None:
         (np.arange(12.0), np.full((12, 2), np.nan), "q of the log is not finite at row 0"),
         (np.arange(12.0), np.zeros((11, 2)), r"expected \(K,\), \(K, nv\) and \(K, nv\)"),
         (np.arange(3.0), np.zeros((3, 2)), "the log has 3 samples"),
-        (np.arange(12.0), "positions", "q of the log is no array of numbers"),
+        (np.arange(12.0), "positions", "q of the log is not an array of numbers"),
     ],
 )
 def test_what_is_no_log_is_refused(t: object, q: object, message: str) -> None:

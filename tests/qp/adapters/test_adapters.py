@@ -10,7 +10,7 @@ from planted import buffers, fill, infeasible, planted
 from solvers import ADAPTED, NATIVE, QUADPROG, tolerance
 
 from ftqp.qp import Claim, QPBuffers, backend
-from ftqp.qp.answer_check import accepted, residuals
+from ftqp.qp.solving import accepted, residuals
 
 EVERY = NATIVE + ADAPTED
 

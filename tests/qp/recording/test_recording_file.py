@@ -203,7 +203,7 @@ def test_nothing_recorded_is_an_error_that_says_what_to_do():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"every": 0}, "every is 0, expected a whole number >= 1"),
+        ({"every": 0}, "every is 0, expected a whole number from 1"),
         ({"inner": "daqpp"}, "did you mean 'daqp'"),
         ({"inner": Recorder("daqp")}, "recorder:daqp records already"),
     ],

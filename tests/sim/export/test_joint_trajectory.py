@@ -9,7 +9,7 @@ from tests.sim.export.conftest import COUNT, DT, NAMES, numbers, signals
 from tests.sim.export.test_run_bag import joints, read, same_bits
 
 from ftqp.core.errors import InputError
-from ftqp.sim.export.joint_trajectory import TOPIC, write_trajectory
+from ftqp.sim.export.ros_bag import TOPIC, write_trajectory
 from ftqp.sim.log.log_file import open_log
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.sim.plants.gain_servo import Gains, GainServo, Gear
+from ftqp.sim.plants.joint_servo import Gains, GainServo, Gear
 
 ARM = ftqp.robots.load("panda")
 N, H = ARM.nv, 5e-4

@@ -7,9 +7,9 @@ from tests.judged import broken_laws
 from ftqp.core.errors import InputError, ScenarioError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
-from ftqp.sim.plants.held_plant import HeldPlant, Hold
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.servo_plant import ServoPlant
+from ftqp.sim.plants.troubled_plant import HeldPlant, Hold
 
 ROBOT = catalog.load("panda")
 DT = 0.01

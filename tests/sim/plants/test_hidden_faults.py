@@ -10,9 +10,9 @@ from ftqp.faults.kinds import Degraded, Locked
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
-from ftqp.sim.plants.hidden_faults import Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
+from ftqp.sim.plants.troubled_plant import Jammed, Misread, Runaway, Weakened
 
 DT = 1e-3
 START = np.array([0.0, -0.785398, 0.0, -2.356194, 0.0, 1.570796, 0.785398])

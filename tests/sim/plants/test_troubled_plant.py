@@ -11,8 +11,7 @@ from ftqp.core.errors import InputError, ScenarioError
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from ftqp.app.scenario.setup import load
-from ftqp.sim.plants.hidden_faults import Jammed, Push
-from ftqp.sim.plants.troubled_plant import Trouble, TroubledPlant
+from ftqp.sim.plants.troubled_plant import Jammed, Push, Trouble, TroubledPlant
 
 ARM = ftqp.robots.load("panda")
 N, DT, JOINT = ARM.nv, 1e-3, 1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.app.view.arms_of_scenario import arms_of
+from ftqp.app.view.live_source import arms_of
 from ftqp.faults.kinds import KINDS
 from ftqp.model import catalog
 from ftqp.sim.log.signals import HEALTHY

@@ -22,7 +22,7 @@ from ftqp.viz.figures import arm_picture, canvas, compared_runs, events, loop_pi
 from ftqp.viz.figures import error_figures as errors
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import run_figures as runs
-from ftqp.viz.report.numbers import numbers
+from ftqp.viz.report.run_report import numbers
 
 PANDA = ftqp.robots.load("panda")
 KINDS = ["errors", "velocities", "accelerations", "torques", "status"]

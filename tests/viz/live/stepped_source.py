@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from threading import Lock
 
-from ftqp.app.view.arms_of_scenario import arms_of
-from ftqp.app.view.live_source import stage_of
+from ftqp.app.view.live_source import arms_of, stage_of
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 

@@ -11,7 +11,7 @@ from tests.viz.live.still_source import StillSource
 import ftqp
 from ftqp.sim.session.session_commands import Break, Play, TakeWay
 from ftqp.viz.live.live_page import Page
-from ftqp.viz.live.recording import recording
+from ftqp.viz.live.server import recording
 from ftqp.viz.live.stage import HeatMap
 
 pytestmark = pytest.mark.slow

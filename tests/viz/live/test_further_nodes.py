@@ -16,7 +16,7 @@ from ftqp.sim.session.frame import FurtherFact
 from ftqp.sim.session.session_commands import Place, Reset
 from ftqp.viz.live.further_nodes import amount, further_table
 from ftqp.viz.live.live_page import Page
-from ftqp.viz.live.recording import recording
+from ftqp.viz.live.server import recording
 
 SCENARIO = """
 [robot]

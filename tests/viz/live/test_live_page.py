@@ -13,12 +13,10 @@ import ftqp
 from ftqp.control.planner.status import STATUSES
 from ftqp.sim.session.session_commands import Aim, Break, Pause, Repair, Reset, Seek, Speed, Tell, Use
 from ftqp.viz.live import colours
-from ftqp.viz.live.heat_map import failure_map
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.panel import short_names
-from ftqp.viz.live.plots import History
+from ftqp.viz.live.plots import History, failure_map, joint_table, status_head
 from ftqp.viz.live.stage import HeatMap
-from ftqp.viz.live.status_head import joint_table, status_head
 
 NASTY = ("<script>alert(1)</script>", '"><img src=x onerror=alert(2)>')
 """Names of joints that would do something in a page."""

@@ -18,9 +18,8 @@ from ftqp.core.errors import InputError
 from ftqp.core.pose import skew, transform
 from ftqp.sim.session.session_commands import Break, Pause
 from ftqp.viz.live.live_page import Page
-from ftqp.viz.live.recording import picture_ticks, recording
 from ftqp.viz.live.scene import frame_names
-from ftqp.viz.live.server import VERSION, close_server, free_port, open_server
+from ftqp.viz.live.server import VERSION, close_server, free_port, open_server, picture_ticks, recording
 from ftqp.viz.live.watched import View
 
 CAMERA = {

@@ -7,7 +7,7 @@ import pytest
 
 import ftqp
 from ftqp.app.scenario.setup import load
-from ftqp.app.view.arms_of_scenario import arms_of
+from ftqp.app.view.live_source import arms_of
 from ftqp.faults.kinds import KINDS
 from ftqp.model import catalog
 from ftqp.model.catalog import CATALOG
@@ -18,8 +18,7 @@ from ftqp.sim.session.frame import DrawnArm, frames_of
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.viz.live import colours
-from ftqp.viz.live.meshes import mesh_parts
-from ftqp.viz.live.shapes import BASE, arm_parts, radii, size_of
+from ftqp.viz.live.meshes import BASE, arm_parts, mesh_parts, radii, size_of
 
 CLOCK = {"step_time_us", "speed"}
 

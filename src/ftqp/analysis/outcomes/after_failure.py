@@ -227,11 +227,7 @@ class _Motion:
         return float(self._law.sizes(q))
 
     def moved_on(self, q: FloatArray, share: float) -> FloatArray:
-        """The configuration after a share of the healthy motion's distance.
-
-        A healthy arm takes its error straight to zero, |e| = |e_0| exp(-kappa t), unless it meets a
-        singularity: one that lies before the wanted error ends the way.
-        """
+        """The configuration after a share of the way, straight to zero error; a singularity ends it."""
         if share == 0.0:
             return q
         whole = self._size(q)
@@ -293,11 +289,7 @@ class _Motion:
         return _outcome(run.ending, run.q, size, record, reason, rate=rate)
 
     def _rate(self, run: Followed) -> float:
-        """With which a rest is approached at last, with gain 1 [1/s]: that of its slowest eigenvalue.
-
-        At the goal those of G A over the joints that move; where more of them move than there are task rows,
-        nil ones of its self-motion aside.
-        """
+        """The slowest eigenvalue at a rest [1/s at gain 1]; at the goal, nil ones of self-motion aside."""
         q = run.q
         A = self._study.free.values(q[None])[1][0]
         sigma = np.linalg.svd(A, compute_uv=False)

@@ -26,7 +26,7 @@ from ftqp.analysis.survival.task_path import (
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen, positive, read_only, whole_number
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, reading
 from ftqp.core.npz import read_npz, write_npz
 from ftqp.core.small_picture import curves_svg, html_table
 from ftqp.faults.kinds import Fault
@@ -330,13 +330,7 @@ class Plan(MotionOnPath):
 
 
 def plan_of(
-    task: TaskPath,
-    q: FloatArray,
-    *,
-    coverage: float,
-    stride: int,
-    method: str,
-    settings: Mapping[str, Any],
+    task: TaskPath, q: FloatArray, *, coverage: float, stride: int, method: str, settings: Mapping[str, Any]
 ) -> Plan:
     """A trajectory as a plan."""
     return Plan(
@@ -371,11 +365,8 @@ def load_plan(file: str | Path, robot: Robot | None = None, path: Any = None) ->
         InputError: The file does not exist, is no plan, of another version or damaged, or the plan is for
             another robot or another path.
     """
-    file = Path(file)
-    if not file.is_file():
-        raise InputError(f"plan {file} does not exist; `ftqp.analysis.plan(...).save(file)` makes one")
-    try:
-        arrays, about = read_npz(file)
+    with reading(file, "a plan", "`ftqp.analysis.plan(...).save(file)` makes one"):
+        arrays, about = read_npz(Path(file))
         if (version := about["format"]) != FORMAT:
             raise InputError(
                 f"plan {file} has format {version!r:.20}, this ftqp reads {FORMAT}; plan it again with "
@@ -393,12 +384,6 @@ def load_plan(file: str | Path, robot: Robot | None = None, path: Any = None) ->
         found = Plan(q=arrays["q"], goals=arrays["goals"], robot_name=about["robot"], **facts)
         if found.q.shape != (len(found.goals), len(found.joints)) or not np.isfinite(found.q).all():
             raise ValueError("it has joints for other samples")
-    except InputError:
-        raise
-    except Exception as error:  # numpy, zip and JSON have many for a file that is damaged
-        raise InputError(
-            f"{file} is not a plan, or is damaged; expected a file of `ftqp.analysis.plan(...).save(file)`"
-        ) from error
     if path is not None and robot is None:
         raise InputError("path is given without the robot, expected both")
     return found if robot is None else found.of(robot, path)

@@ -99,10 +99,7 @@ def weakened(robot: Robot, faults: Sequence[Fault]) -> Robot:
 def continuation(
     task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault]
 ) -> tuple[int, FloatArray] | None:
-    """The postures with which the task was verified to go on after locks: first sample, and (k, nv) from it.
-
-    None where they leave nothing to choose, having as many joints as rows, and after faults of other kinds.
-    """
+    """The verified postures after locks, first sample and (k, nv); None where they leave no choice."""
     locks = [fault for fault in faults if isinstance(fault, Locked)]
     choice = task.robot.nv - len(locks) - task.m
     if not locks or len(locks) < len(faults) or len(locks) > FAILED_JOINTS or choice < 1:

@@ -116,10 +116,7 @@ MEANINGS = {
 
 
 def eigenvalues_at(study: GoalStudy, M: FloatArray, q: FloatArray, i: int) -> NDArray[np.complex128]:
-    """The eigenvalues of the linearisation with joint i locked, (k, n - 1) [1/s at a gain of 1/s].
-
-    Joints that never move the task rows and are not commanded are left out.
-    """
+    """The eigenvalues with joint i locked, (k, n - 1) [1/s at a gain of 1/s], of joints that matter."""
     return np.asarray(
         np.linalg.eigvals(reduced_jacobians(study, M, q, [i, *still_joints(study, M)])), dtype=np.complex128
     )

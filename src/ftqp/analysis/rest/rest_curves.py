@@ -373,10 +373,7 @@ class _Labelled:
     def _changes(
         self, z: FloatArray, kinds: list[RestKind]
     ) -> list[tuple[int, FloatArray, RestKind, RestKind]]:
-        """Where the kind changes: the point of the curve before, the place, the kinds before and behind it.
-
-        Changes back within ``ROUNDING`` are left out: beside singularities kinds are lost in rounding.
-        """
+        """Where the kind changes for more than ``ROUNDING``: point before, place, kinds before and behind."""
         arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(z[:, : self._n], axis=0), axis=1))])
         found: list[tuple[int, FloatArray, RestKind, RestKind]] = []
         where: list[float] = []

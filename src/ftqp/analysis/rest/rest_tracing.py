@@ -1,7 +1,4 @@
-"""One curve of rests, traced by predictor and corrector through folds and singularities.
-
-Source: docs/theory/unidentified-failures.md, "Rest".
-"""
+"""One curve of rests, by predictor and corrector: docs/theory/unidentified-failures.md, "Rest"."""
 
 from dataclasses import dataclass
 from typing import final

@@ -11,7 +11,7 @@ from ftqp.analysis.survival.continuing import path_values, track
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.failure_instants import Pairs, refuse_no_masses
 from ftqp.analysis.survival.task_path import MotionOnPath, TaskPath, task_path
-from ftqp.analysis.survival.tolerable_joints import Bound, bound_of
+from ftqp.analysis.survival.way_round import Bound, bound_of
 from ftqp.analysis.tolerance import null_vector, relative_manipulability, structural_joints
 from ftqp.control.paths import Path
 from ftqp.control.scene.placed_shapes import Clearance, Scene

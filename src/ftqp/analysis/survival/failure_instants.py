@@ -28,11 +28,7 @@ TICK = 2e-3
 
 @final
 class PlannerRuns:
-    """Runs of a planner of the task's rows to which faults are reported at once, from states of a motion on.
-
-    ``ftqp.batch.rollout`` drives it from the motion's state at a sample to the end of the path. A joint that
-    swings freely moves by gravity and by what the others do, so for it there is no other way.
-    """
+    """Runs of a planner (``batch.rollout``) from states of a motion on, faults reported at once."""
 
     def __init__(self, task: TaskPath, q: FloatArray) -> None:
         self._task, self._q, self._v = task, q, np.gradient(q, task.dt, axis=0)
@@ -87,11 +83,7 @@ def _targets(task: TaskPath, begin: float) -> Targets:
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pairs:
-    """All pairs of some failures with some instants of a motion; can be pickled.
-
-    Pairs are numbered instant by instant: number = instant * failures + failure. What becomes of one does not
-    depend on the others that it is computed with.
-    """
+    """All pairs of failures and instants, number = instant * failures + failure; can be pickled."""
 
     task: TaskPath  # The path, with the rows that are to be kept after a failure
     q: FloatArray  # The motion, (N + 1, nv) [rad or m]

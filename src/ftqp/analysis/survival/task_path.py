@@ -12,7 +12,7 @@ from ftqp.control.inverse_kinematics.posture_search import robot_session, task_r
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.scene.placed_shapes import Clearance, Scene
-from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive
+from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, numbers, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -270,14 +270,7 @@ def task_path(
         goals = _given_goals(path, names, robot, start)
     if start is not None:
         _refuse_other_start(robot, names, axis, goals[0], start)
-    return TaskPath(
-        robot=robot,
-        rows=names,
-        axis=axis,
-        goals=frozen(goals),
-        dt=step,
-        around=around,
-    )
+    return TaskPath(robot=robot, rows=names, axis=axis, goals=frozen(goals), dt=step, around=around)
 
 
 def robot_digest(robot: Robot) -> str:
@@ -301,12 +294,8 @@ def _hash(numbers: list[Any]) -> str:
 
 def _given_goals(path: Any, names: tuple[str, ...], robot: Robot, start: FloatArray | None) -> FloatArray:
     """Goals that are given sample by sample, as poses (N + 1, 4, 4)."""
-    try:
-        given = np.array(path, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(
-            f"path is {path!r:.60}, expected an ftqp path, poses (N + 1, 4, 4) or points (N + 1, 2 or 3)"
-        ) from error
+    expected = ", expected an ftqp path, poses (N + 1, 4, 4) or points (N + 1, 2 or 3)"
+    given = numbers("path", path, expected)
     if given.size == 0 or len(given) < 2:
         count = 0 if given.size == 0 else len(given)
         raise InputError(f"path has {count} samples, expected at least 2")
@@ -355,10 +344,7 @@ def _refuse_other_start(
 
 
 def task_errors(names: tuple[str, ...], axis: bool, goals: FloatArray, poses: FloatArray) -> FloatArray:
-    """Errors of the task rows from poses to goals, (K, m) [m, rad]: p_d - p, the rotation vector of R_d R'.
-
-    Of an axis task the two turns are the shortest one of the tool's z axis, along the goal's x and y axes.
-    """
+    """Errors p_d - p and the rotation vector of R_d R', of an axis its shortest turn, (K, m) [m, rad]."""
     from scipy.spatial.transform import Rotation  # slow to load
 
     errors = np.zeros((len(goals), 6))

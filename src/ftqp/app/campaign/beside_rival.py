@@ -146,11 +146,7 @@ def led_by_ftqp(setup: Setup) -> Led:
 
 @final
 class TorqueRates:
-    """Damped least squares above a computed-torque law in the same loop, for an arm that takes torques.
-
-    The law is given the same samples, and differentiates them behind a pole at ``FILTER``; it knows the
-    rotors, as servos do, and no load.
-    """
+    """Damped least squares above a computed-torque law that knows the rotors and no load, for torque arms."""
 
     def __init__(self, rates: ResolvedRates, geared: Robot, dt: float) -> None:
         self._rates, self._law, self._dt = rates, ComputedTorque(geared), dt

@@ -3,30 +3,22 @@
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from dataclasses import asdict
+from typing import Any, Final, get_type_hints
 
 import numpy as np
 
 from ftqp.app.campaign import beside_rival
 from ftqp.app.campaign.shown_trace import failures
 from ftqp.app.scenario.setup import Setup
-from ftqp.checker.alarms import Alarm, detection
+from ftqp.checker.alarms import Alarm, Detection, detection
 from ftqp.checker.checked_run import LAWS
 from ftqp.checker.trace import Failure, Rest
 from ftqp.control.planner.status import StepStatus
 from ftqp.sim.log.log_arrays import Log
 
-COLUMNS: Final = {
-    "healthy_time": "REAL",
-    "false_alarms": "INTEGER",
-    "unannounced": "INTEGER",
-    "showed": "INTEGER",
-    "found": "INTEGER",
-    "right_kind": "INTEGER",
-    "wrong_joint": "INTEGER",
-    "delay": "REAL",
-    "found_as": "TEXT",
-}
+KINDS: Final[dict[Any, str]] = {float: "REAL", float | None: "REAL", int: "INTEGER", str: "TEXT"}
+COLUMNS: Final = {name: KINDS[hint] for name, hint in get_type_hints(Detection).items()}
 """Empty for episodes without a detector; times in seconds."""
 REST_COLUMNS: Final = {
     "rest_arm": "TEXT",
@@ -60,26 +52,11 @@ def detector_values(setup: Setup, log: Log) -> dict[str, Any]:
     ]
     real = failures(setup)
     seen = [failure for failure in real if _is_visible(setup, log, failure)]
-    found = detection(alarms, real, setup.planner.dt * (len(log) - 1), seen)
-    return {
-        "healthy_time": found.healthy,
-        "false_alarms": found.false_alarms,
-        "unannounced": found.unannounced,
-        "showed": found.showed,
-        "found": found.found,
-        "right_kind": found.right_kind,
-        "wrong_joint": found.wrong_joint,
-        "delay": found.delay,
-        "found_as": found.said,
-    }
+    return asdict(detection(alarms, real, setup.planner.dt * (len(log) - 1), seen))
 
 
 def _is_visible(setup: Setup, log: Log, failure: Failure) -> bool:
-    """Whether a failure made a difference: its joint strays, or its motor gives all that it has left.
-
-    A joint that stands where it should stand may as well be locked, and a motor with half of its torque is a
-    healthy one as long as it is asked for less.
-    """
+    """Whether a failure made a difference: its joint strays, or its motor gives all that it has left."""
     joint = setup.robot.joints[failure.joint]
     after = log["t"] >= failure.since
     if failure.kind == "degraded":

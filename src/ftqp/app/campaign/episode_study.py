@@ -160,10 +160,7 @@ MOST = 256
 
 @final
 class KnownArms:
-    """Makes the arms of ``[robot]`` tables, and keeps them: arms do not change.
-
-    A copy that goes to another process begins without any.
-    """
+    """Makes the arms of ``[robot]`` tables, and keeps them; a copy for another process begins without any."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[str, Path], Robot] = {}
@@ -307,10 +304,7 @@ class EpisodeWork:
 
     def _judged(self, setup: Setup) -> dict[str, Any]:
         """What came of an episode."""
-        ended = setup.simulation(
-            log=MEMORY,
-            singularities=False,
-        ).run()
+        ended = setup.simulation(log=MEMORY, singularities=False).run()
         if ended.interrupted:
             raise KeyboardInterrupt
         if ended.log is None:

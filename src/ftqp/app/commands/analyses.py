@@ -1,26 +1,14 @@
-"""The commands that look ahead: ``ftqp converge, workspace, calibrate, coverage, plan``."""
+"""The commands that look ahead or compute long: their options, and what does the work, loaded late."""
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from ftqp.app.commands.options import (
-    Dask,
-    Jobs,
-    Json,
-    Mtbf,
-    Out,
-    Overrides,
-    PlanFile,
-    Resume,
-    Source,
-    StudyOut,
-)
 from ftqp.app.output.console import ExitCode, Table, answer, say
 from ftqp.app.scenario import document
 from ftqp.core.errors import InputError
+
+NUMBERS = 1_000_000_000
+"""Numbers of episodes are below this, however many were asked for."""
 
 
 def tell_bundled(kind: str, key: str, as_json: bool) -> ExitCode:
@@ -31,7 +19,7 @@ def tell_bundled(kind: str, key: str, as_json: bool) -> ExitCode:
 
 
 def converge(
-    scenario: Source, overrides: Overrides = None, out: Out = None, as_json: Json = False
+    scenario: str, overrides: list[str] | None = None, out: Path | None = None, as_json: bool = False
 ) -> ExitCode:
     """Explain where an arm ends up that does not know of its locked joint, and why."""
     from ftqp.app.commands import convergence
@@ -43,16 +31,20 @@ def converge(
 
 
 def workspace(
-    study: Annotated[
-        str | None, typer.Argument(metavar="[STUDY]", help="A study's file, or the name of a bundled one.")
-    ] = None,
-    overrides: Overrides = None,
-    out: StudyOut = None,
-    jobs: Jobs = None,
-    dask: Dask = None,
-    as_json: Json = False,
+    study: str | None = None,
+    overrides: list[str] | None = None,
+    out: Path | None = None,
+    jobs: int | None = None,
+    dask: str | None = None,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Map which starts are safe if a joint locks and nobody notices; without a study, list the bundled."""
+    """Map which starts are safe if a joint locks and nobody notices; without a study, list the bundled.
+
+    Options:
+        study [STUDY]: A study's file, or the name of a bundled one.
+        out --out DIR: Folder to make, or one with results of this very study to go on with; a new one,
+            runs/<study>-<time>, if left out.
+    """
     if study is None:
         return tell_bundled("study", "studies", as_json)
     from ftqp.app.commands.mapping import map_workspace
@@ -60,18 +52,13 @@ def workspace(
     return map_workspace(study, overrides or (), out, jobs=jobs, dask=dask, as_json=as_json)
 
 
-def calibrate(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs of the healthy arm.")],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The calibration to make.")],
-    alarms: Annotated[
-        float | None, typer.Option(metavar="RATE", help="Has no effect any more; it will go.", hidden=True)
-    ] = None,
-    extrapolate: Annotated[
-        bool, typer.Option("--extrapolate", help="Has no effect any more; it will go.", hidden=True)
-    ] = False,
-    as_json: Json = False,
-) -> ExitCode:
-    """Learn noise and friction from runs of the healthy arm, with which a torque drive begins."""
+def calibrate(runs: list[Path], out: Path, as_json: bool = False) -> ExitCode:
+    """Learn noise and friction from runs of the healthy arm, with which a torque drive begins.
+
+    Options:
+        runs RUN...: Folders of runs of the healthy arm.
+        out --out FILE: The calibration to make.
+    """
     from ftqp.app.run.runs import SCENARIO
     from ftqp.app.scenario.setup import load
     from ftqp.app.schema.reading import Options
@@ -89,8 +76,6 @@ def calibrate(
     settings = table.made(calibration=None) if isinstance(table, Options) else Detector()
     blank = settings.for_arm(planner.robot, planner.dt, drive=planner.drive, noise=planner.noise)
     found = blank.calibrate(logs).calibration
-    if alarms is not None or extrapolate:
-        say("note: --alarms and --extrapolate have no effect any more: no threshold is made from runs")
     assert found is not None
     found.save(out)
     friction = dict(zip(found.joints, found.coulomb.tolist(), strict=True))
@@ -108,54 +93,37 @@ def calibrate(
 
 
 def coverage(
-    scenario: Source,
-    plan: PlanFile = None,
-    stride: Annotated[int, typer.Option(metavar="N", help="Look at every so-many-th sample.")] = 4,
-    lock: Annotated[
-        str, typer.Option(metavar="HOW", help="instant, or ramp: the joint brakes first.")
-    ] = "instant",
-    fault: Annotated[
-        str,
-        typer.Option(
-            metavar="KIND", help="locked, degraded: half its speed is left, or free_swinging: no torque is."
-        ),
-    ] = "locked",
-    post: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HOW", help="How the others go on: exact, qp, or planner: it is run, which takes long."
-        ),
-    ] = None,
-    rows: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ROWS", help="Kept after a failure: position_axis or position; all if left out."
-        ),
-    ] = None,
-    pairs: Annotated[bool, typer.Option("--pairs", help="Two joints fail together.")] = False,
-    task: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Of several tasks, the one whose frame is looked at; the end effector if left out.",
-        ),
-    ] = None,
-    bound: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Look at so many samples how many joints any posture can do without."),
-    ] = None,
-    mtbf: Mtbf = None,
-    overrides: Overrides = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder to make; runs/coverage-<scenario>-<time> if left out."),
-    ] = None,
-    jobs: Jobs = None,
-    dask: Dask = None,
-    resume: Resume = False,
-    as_json: Json = False,
+    scenario: str,
+    plan: Path | None = None,
+    stride: int = 4,
+    lock: str = "instant",
+    fault: str = "locked",
+    post: str | None = None,
+    rows: str | None = None,
+    pairs: bool = False,
+    task: str | None = None,
+    bound: int | None = None,
+    mtbf: str | None = None,
+    overrides: list[str] | None = None,
+    out: Path | None = None,
+    jobs: int | None = None,
+    dask: str | None = None,
+    resume: bool = False,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Say which failures a motion survives, each joint at each instant; writes a page and pictures."""
+    """Say which failures a motion survives, each joint at each instant; writes a page and pictures.
+
+    Options:
+        stride --stride N: Look at every so-many-th sample.
+        lock --lock HOW: instant, or ramp: the joint brakes first.
+        fault --fault KIND: locked, degraded: half its speed is left, or free_swinging: no torque is.
+        post --post HOW: How the others go on: exact, qp, or planner: it is run, which takes long.
+        rows --rows ROWS: Kept after a failure: position_axis or position; all if left out.
+        pairs --pairs: Two joints fail together.
+        task --task NAME: Of several tasks, the one whose frame is looked at; the end effector if left out.
+        bound --bound N: Look at so many samples how many joints any posture can do without.
+        out --out DIR: Folder to make; runs/coverage-<scenario>-<time> if left out.
+    """
     from ftqp.app.commands.covering import cover
 
     settings = {"stride": stride, "lock": lock, "fault": fault, "rows": rows, "upper_bound": bound}
@@ -167,41 +135,38 @@ def coverage(
 
 
 def plan(
-    scenario: Source,
-    file: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="A new .npz file.")],
-    method: Annotated[
-        str,
-        typer.Option(metavar="NAME", help="dp, spline, gradient or constant: how joints to spare are used."),
-    ] = "dp",
-    start: Annotated[
-        str, typer.Option(metavar="WHERE", help="free: the best start posture; given: the scenario's.")
-    ] = "free",
-    optimise: Annotated[
-        str | None,
-        typer.Option(metavar="A,B", help="What may move apart from the start: yaw of the tool, base."),
-    ] = None,
-    waypoints: Annotated[int | None, typer.Option(metavar="N", help="Of dp: parts of the path.")] = None,
-    spacing: Annotated[
-        float | None, typer.Option(metavar="RAD", help="Of dp: arc length between postures.")
-    ] = None,
-    nodes: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Of dp with two or more joints to spare: postures of a waypoint."),
-    ] = None,
-    share: Annotated[
-        float | None, typer.Option(metavar="S", help="Of dp: share of the joints' speed that is used, to 1.")
-    ] = None,
-    stride: Annotated[int | None, typer.Option(metavar="N", help="Verify every so-many-th sample.")] = None,
-    seed: Annotated[int, typer.Option(metavar="K", help="Of random starts.")] = 0,
-    mtbf: Mtbf = None,
-    overrides: Overrides = None,
-    report: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder to make for page and pictures.")
-    ] = None,
-    as_json: Json = False,
+    scenario: str,
+    file: Path,
+    method: str = "dp",
+    start: str = "free",
+    optimise: str | None = None,
+    waypoints: int | None = None,
+    spacing: float | None = None,
+    nodes: int | None = None,
+    share: float | None = None,
+    stride: int | None = None,
+    seed: int = 0,
+    mtbf: str | None = None,
+    overrides: list[str] | None = None,
+    report: Path | None = None,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Find a motion along the path that survives more failures; `ftqp run --plan FILE` runs it."""
-    from ftqp.app.commands.planning import make_plan
+    """Find a motion along the path that survives more failures; `ftqp run --plan FILE` runs it.
+
+    Options:
+        file -o --output FILE: A new .npz file.
+        method --method NAME: dp, spline, gradient or constant: how joints to spare are used.
+        start --start WHERE: free: the best start posture; given: the scenario's.
+        optimise --optimise A,B: What may move apart from the start: yaw of the tool, base.
+        waypoints --waypoints N: Of dp: parts of the path.
+        spacing --spacing RAD: Of dp: arc length between postures.
+        nodes --nodes N: Of dp with two or more joints to spare: postures of a waypoint.
+        share --share S: Of dp: share of the joints' speed that is used, to 1.
+        stride --stride N: Verify every so-many-th sample.
+        seed --seed K: Of random starts.
+        report --report DIR: Folder to make for page and pictures.
+    """
+    from ftqp.app.commands.covering import make_plan
     from ftqp.app.run.runs import free_folder
 
     folder = None if report is None else free_folder(report, "plan")
@@ -211,6 +176,41 @@ def plan(
         scenario, overrides or (), file, folder, method=method, start=start, optimise=optimise, seed=seed,
         knobs=knobs, mtbf=mtbf, as_json=as_json,
     )  # fmt: skip
+
+
+def campaign(
+    study: str,
+    overrides: list[str] | None = None,
+    episodes: int | None = None,
+    out: Path | None = None,
+    jobs: int | None = None,
+    dask: str | None = None,
+    table: bool = False,
+    replay: int | None = None,
+    as_json: bool = False,
+) -> ExitCode:
+    """Run a campaign of random episodes, or go on with that in --out; every one is judged from outside.
+
+    Options:
+        study STUDY: A campaign file, or the name of a bundled one: safety.
+        out --out DIR: Folder to make, or one with results of this very study to go on with; a new one,
+            runs/<study>-<time>, if left out.
+        episodes --episodes N: How many episodes there are in all; more of them go on with those in --out.
+        table --table: Print how often each law was broken, value by value.
+        replay --replay N: Run this episode alone, with log and figures, and judge it.
+    """
+    from ftqp.app.campaign.episode_study import load_campaign
+    from ftqp.app.campaign.kept_campaign import command_of
+    from ftqp.app.commands.campaign_episodes import replay_episode, run_episodes
+
+    more = () if episodes is None else (f"campaign.episodes={episodes}",)
+    made = load_campaign(study, (*(overrides or ()), *more))
+    if replay is not None:
+        if not 0 <= replay < NUMBERS:
+            raise InputError(f"episode {replay} is none of {made.name}, expected 0 to {NUMBERS - 1}")
+        return replay_episode(made, replay, out, as_json=as_json)
+    command = command_of(study, overrides or ())
+    return run_episodes(made, command, out, jobs=jobs, dask=dask, table=table, as_json=as_json)
 
 
 ANALYSES: dict[Callable[..., ExitCode], str] = {

@@ -2,59 +2,38 @@
 
 import tempfile
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from ftqp.app.commands.options import Json, Overrides
 from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.core.errors import InputError, unknown
 
 
 def build(
-    source: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO|ROBOT|FILE", help="A scenario, a robot of the catalog, a URDF or an MJCF."
-        ),
-    ],
-    tip: Annotated[
-        str | None,
-        typer.Option(metavar="FRAME", help="The controlled frame of a file; the only end if left out."),
-    ] = None,
-    folder: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FOLDER", help="The folder to make; --page does without."),
-    ] = None,
-    target: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="host, x86-64-v3, aarch64 or wasm32; host, with --page wasm32."),
-    ] = None,
-    cpu: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="A processor by LLVM's name, such as cortex-a76; else its class."),
-    ] = None,
-    embed: Annotated[
-        bool, typer.Option("--embed", help="Write the arm's file into arm.h, too, for boards without files.")
-    ] = False,
-    parts: Annotated[
-        list[str] | None,
-        typer.Option("--with", metavar="PART", help="A further part: path. Each library has a detector."),
-    ] = None,
-    small: Annotated[
-        bool,
-        typer.Option(
-            "--small", help="A tenth of the memory: room for 8, 16 or 32 joints; compiles for minutes."
-        ),
-    ] = False,
-    page: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a page that runs the planner in a browser, no server."),
-    ] = None,
-    overrides: Overrides = None,
-    as_json: Json = False,
+    source: str,
+    tip: str | None = None,
+    folder: Path | None = None,
+    target: str | None = None,
+    cpu: str | None = None,
+    embed: bool = False,
+    parts: list[str] | None = None,
+    small: bool = False,
+    page: Path | None = None,
+    overrides: list[str] | None = None,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Build the planner as a library in C with headers and examples, or as a page for browsers."""
+    """Build the planner as a library in C with headers and examples, or as a page for browsers.
+
+    Options:
+        source SCENARIO|ROBOT|FILE: A scenario, a robot of the catalog, a URDF or an MJCF.
+        tip --tip FRAME: The controlled frame of a file; the only end if left out.
+        folder -o --output FOLDER: The folder to make; --page does without.
+        target --target NAME: host, x86-64-v3, aarch64 or wasm32; host, with --page wasm32.
+        cpu --cpu NAME: A processor by LLVM's name, such as cortex-a76; else its class.
+        embed --embed: Write the arm's file into arm.h, too, for boards without files.
+        parts --with PART: A further part: path. Each library has a detector.
+        small --small: A tenth of the memory: room for 8, 16 or 32 joints; compiles for minutes.
+        page --page FILE: Write a page that runs the planner in a browser, no server.
+    """
     from ftqp.app.deployment.built_folder import PARTS, TARGETS, BuildRequest, build_folder
 
     for part in parts or ():

@@ -7,23 +7,12 @@ from typing import Annotated
 import typer
 
 from ftqp import __version__
-from ftqp.app.commands.analyses import ANALYSES, tell_bundled
+from ftqp.app.commands.analyses import ANALYSES, campaign, tell_bundled
 from ftqp.app.commands.building import build
-from ftqp.app.commands.campaigning import campaign
 from ftqp.app.commands.connecting import connect
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.identifying import identify
-from ftqp.app.commands.options import Backend, Json, NoFigures, Out, Overrides, PlanFile, Scheme, Source
-from ftqp.app.output.console import (
-    ExitCode,
-    answer,
-    command,
-    say,
-    tell,
-    tell_json,
-    tell_rows,
-    tell_text,
-)
+from ftqp.app.output.console import ExitCode, answer, command, say, tell, tell_json, tell_rows, tell_text
 from ftqp.core.errors import FtqpError
 
 app = typer.Typer(
@@ -68,15 +57,12 @@ def _program(
 
 @app.command(epilog="Example: ftqp demo --out pictures")
 @command
-def demo(
-    parts: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[PART]...", help="brake, box or goal; all of them if left out."),
-    ] = None,
-    out: Out = None,
-    as_json: Json = False,
-) -> ExitCode:
-    """Tell the story: a Panda loses a joint and goes on; then beside a box, and to a goal by another way."""
+def demo(parts: list[str] | None = None, out: Path | None = None, as_json: bool = False) -> ExitCode:
+    """Tell the story: a Panda loses a joint and goes on; then beside a box, and to a goal by another way.
+
+    Options:
+        parts [PART]...: brake, box or goal; all of them if left out.
+    """
     from ftqp.app.commands import demo as story
 
     return story.tell_story(parts or [], out, as_json=as_json)
@@ -85,20 +71,21 @@ def demo(
 @app.command(epilog="Example: ftqp run panda-circle --backend daqp --set faults.0.at=5.0")
 @command
 def run(
-    scenario: Source,
-    backend: Backend = None,
-    scheme: Scheme = None,
-    overrides: Overrides = None,
-    out: Out = None,
-    record: Annotated[
-        Path | None,
-        typer.Option("--record-qps", metavar="FILE", help="A new .npz file for the QPs of the run."),
-    ] = None,
-    plan: PlanFile = None,
-    no_figures: NoFigures = False,
-    as_json: Json = False,
+    scenario: str,
+    backend: str | None = None,
+    scheme: str | None = None,
+    overrides: list[str] | None = None,
+    out: Path | None = None,
+    record: Path | None = None,
+    plan: Path | None = None,
+    no_figures: bool = False,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Run a scenario; writes summary.json, log.npy and figures."""
+    """Run a scenario; writes summary.json, log.npy and figures.
+
+    Options:
+        record --record-qps FILE: A new .npz file for the QPs of the run.
+    """
     from ftqp.app.output import words
     from ftqp.app.run import runs
     from ftqp.app.scenario.setup import load
@@ -116,22 +103,20 @@ def run(
 @app.command(epilog="Example: ftqp replay qps.npz --tick 1500 --backend osqp")
 @command
 def replay(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A recording, made by ftqp run --record-qps FILE.")
-    ],
-    tick: Annotated[
-        int | None, typer.Option(metavar="K", help="Tick of the run; without it, say what was recorded.")
-    ] = None,
-    backend: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Whose answer to explain; that of the run if left out.")
-    ] = None,
-    others: Annotated[
-        str | None,
-        typer.Option("--backends", metavar="A,B,C", help="Whose answers to compare; all if left out."),
-    ] = None,
-    as_json: Json = False,
+    file: Path,
+    tick: int | None = None,
+    backend: str | None = None,
+    others: str | None = None,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Solve a recorded QP again and explain the answer: active bounds, multipliers, who disagrees."""
+    """Solve a recorded QP again and explain the answer: active bounds, multipliers, who disagrees.
+
+    Options:
+        file FILE: A recording, made by ftqp run --record-qps FILE.
+        tick --tick K: Tick of the run; without it, say what was recorded.
+        backend --backend NAME: Whose answer to explain; that of the run if left out.
+        others --backends A,B,C: Whose answers to compare; all if left out.
+    """
     from ftqp.app.replay import explanation
     from ftqp.app.replay import replayed as again
     from ftqp.qp.recording.recorded_qps import Recording
@@ -150,24 +135,22 @@ def replay(
 @app.command(epilog="Example: ftqp compare panda-circle --backends active_set,daqp --schemes mvn,mke")
 @command
 def compare(
-    scenarios: Annotated[
-        list[str], typer.Argument(metavar="SCENARIO...", help="Scenario files, or names of bundled ones.")
-    ],
-    backends: Annotated[
-        str | None,
-        typer.Option(metavar="A,B,...", help="QP backends or profile files, in place of the scenario's."),
-    ] = None,
-    schemes: Annotated[
-        str | None, typer.Option(metavar="X,Y,...", help="Schemes, in place of the scenario's.")
-    ] = None,
-    overrides: Overrides = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/compare-<time> if left out.")
-    ] = None,
-    no_figures: NoFigures = False,
-    as_json: Json = False,
+    scenarios: list[str],
+    backends: str | None = None,
+    schemes: str | None = None,
+    overrides: list[str] | None = None,
+    out: Path | None = None,
+    no_figures: bool = False,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Run scenarios under several schemes and backends; writes a table, figures and every run."""
+    """Run scenarios under several schemes and backends; writes a table, figures and every run.
+
+    Options:
+        scenarios SCENARIO...: Scenario files, or names of bundled ones.
+        backends --backends A,B,...: QP backends or profile files, in place of the scenario's.
+        schemes --schemes X,Y,...: Schemes, in place of the scenario's.
+        out --out DIR: Folder to make; runs/compare-<time> if left out.
+    """
     from ftqp.app.compare import comparison
     from ftqp.app.compare.combinations import combinations
     from ftqp.app.run import runs
@@ -182,17 +165,19 @@ def compare(
 @app.command(epilog="Example: ftqp check my-scenario.toml --set planner.dt=0.002")
 @command
 def check(
-    scenario: Annotated[
-        str | None,
-        typer.Argument(metavar="[SCENARIO]", help="A scenario file, or the name of a bundled one."),
-    ] = None,
-    backend: Backend = None,
-    scheme: Scheme = None,
-    overrides: Overrides = None,
-    keys: Annotated[bool, typer.Option("--keys", help="Print every key a scenario can have.")] = False,
-    as_json: Json = False,
+    scenario: str | None = None,
+    backend: str | None = None,
+    scheme: str | None = None,
+    overrides: list[str] | None = None,
+    keys: bool = False,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Validate a scenario and print it with every default filled in; without one, list the bundled ones."""
+    """Validate a scenario and print it with every default filled in; without one, list the bundled ones.
+
+    Options:
+        scenario [SCENARIO]: A scenario file, or the name of a bundled one.
+        keys --keys: Print every key a scenario can have.
+    """
     if keys:
         from ftqp.app.output import tables
 
@@ -222,31 +207,25 @@ def check(
 @app.command(epilog="Example: ftqp inspect arm.urdf --tip tool0")
 @command
 def inspect(
-    source: Annotated[
-        str, typer.Argument(metavar="FILE|ROBOT", help="A URDF or MJCF file, or a robot of the catalog.")
-    ],
-    tip: Annotated[
-        str | None,
-        typer.Option(metavar="FRAME,...", help="The controlled frame, or several; the only end if left out."),
-    ] = None,
-    locked: Annotated[
-        str | None,
-        typer.Option(metavar="A,B,...", help="Joints to hold; those on the way to no tip are held anyway."),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder to make; runs/inspect-<name>-<time> if left out."),
-    ] = None,
-    survival: Annotated[
-        bool, typer.Option("--survival", help="Say at which share of its workspace it can lose each joint.")
-    ] = False,
-    capsules: Annotated[
-        bool, typer.Option("--capsules", help="List its bodies, as they are kept clear of a scene.")
-    ] = False,
-    no_figures: NoFigures = False,
-    as_json: Json = False,
+    source: str,
+    tip: str | None = None,
+    locked: str | None = None,
+    out: Path | None = None,
+    survival: bool = False,
+    capsules: bool = False,
+    no_figures: bool = False,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Say what was read of an arm: limits, findings, margins, which joints it can lose; draws it."""
+    """Say what was read of an arm: limits, findings, margins, which joints it can lose; draws it.
+
+    Options:
+        source FILE|ROBOT: A URDF or MJCF file, or a robot of the catalog.
+        tip --tip FRAME,...: The controlled frame, or several; the only end if left out.
+        locked --locked A,B,...: Joints to hold; those on the way to no tip are held anyway.
+        out --out DIR: Folder to make; runs/inspect-<name>-<time> if left out.
+        survival --survival: Say at which share of its workspace it can lose each joint.
+        capsules --capsules: List its bodies, as they are kept clear of a scene.
+    """
     from ftqp.app.commands import inspection
     from ftqp.app.run.runs import free_folder
 
@@ -262,18 +241,15 @@ def inspect(
 @app.command(epilog="Example: ftqp report runs/circle runs/circle-daqp -o circle.html")
 @command
 def report(
-    results: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Folders of runs, coverage results or campaigns.")
-    ],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page to make.")] = Path(
-        "report.html"
-    ),
-    full: Annotated[
-        bool, typer.Option("--full", help="Replay every picture of a run that is longer than a minute.")
-    ] = False,
-    as_json: Json = False,
+    results: list[Path], output: Path = Path("report.html"), full: bool = False, as_json: bool = False
 ) -> ExitCode:
-    """Tell what happened in runs on one page that opens offline: words, numbers, figures, a 3-D replay."""
+    """Tell what happened in runs on one page that opens offline: words, numbers, figures, a 3-D replay.
+
+    Options:
+        results RUN...: Folders of runs, coverage results or campaigns.
+        output -o --output FILE: The page to make.
+        full --full: Replay every picture of a run that is longer than a minute.
+    """
     from ftqp.app.commands import reporting
 
     return reporting.report(results, output, full=full, as_json=as_json)
@@ -286,38 +262,33 @@ for body, example in ANALYSES.items():
 @app.command(epilog="Example: ftqp view panda-circle --port 8080")
 @command
 def view(
-    source: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[SCENARIO|RUN|COVERAGE]",
-            help="A scenario, or the folder of a run or coverage report; a Panda in physics if left out.",
-        ),
-    ] = None,
-    backend: Backend = None,
-    scheme: Scheme = None,
-    overrides: Overrides = None,
-    plan: PlanFile = None,
-    host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Where to listen; others than this machine see the page.")
-    ] = "127.0.0.1",
-    port: Annotated[
-        int, typer.Option(metavar="N", help="The port; if it is in use, the next free one.")
-    ] = 8080,
-    speed: Annotated[float, typer.Option(metavar="X", help="Simulated seconds in a second.")] = 1.0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
-    record: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="A new .html file for a recording, written at the end."),
-    ] = None,
-    no_rival: Annotated[
-        bool, typer.Option("--no-rival", help="Leave out the arm that damped resolved rates lead.")
-    ] = False,
-    meshes: Annotated[
-        str, typer.Option(metavar="KIND", help="Meshes of a URDF that are drawn: collision, visual or none.")
-    ] = "collision",
-    as_json: Json = False,
+    source: str | None = None,
+    backend: str | None = None,
+    scheme: str | None = None,
+    overrides: list[str] | None = None,
+    plan: Path | None = None,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    speed: float = 1.0,
+    no_browser: bool = False,
+    record: Path | None = None,
+    no_rival: bool = False,
+    meshes: str = "collision",
+    as_json: bool = False,
 ) -> ExitCode:
-    """Open a page where an arm moves and a click breaks a joint; replay a run, or a failure of a report."""
+    """Open a page where an arm moves and a click breaks a joint; replay a run, or a failure of a report.
+
+    Options:
+        source [SCENARIO|RUN|COVERAGE]: A scenario, or the folder of a run or coverage report; a Panda in
+            physics if left out.
+        host --host ADDRESS: Where to listen; others than this machine see the page.
+        port --port N: The port; if it is in use, the next free one.
+        speed --speed X: Simulated seconds in a second.
+        no_browser --no-browser: Open no browser.
+        record --record FILE: A new .html file for a recording, written at the end.
+        no_rival --no-rival: Leave out the arm that damped resolved rates lead.
+        meshes --meshes KIND: Meshes of a URDF that are drawn: collision, visual or none.
+    """
     from ftqp.app.commands import viewing
     from ftqp.sim.session.session_arms import Choice
 
@@ -346,7 +317,7 @@ app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o pand
 
 @app.command(epilog="Example: ftqp doctor --json")
 @command
-def doctor(as_json: Json = False) -> ExitCode:
+def doctor(as_json: bool = False) -> ExitCode:
     """Say whether this installation is sound: kernel, processor, versions, and what is missing."""
     from ftqp.app.commands import doctor
 
@@ -355,7 +326,7 @@ def doctor(as_json: Json = False) -> ExitCode:
 
 @app.command(epilog="Example: ftqp robots --json")
 @command
-def robots(as_json: Json = False) -> ExitCode:
+def robots(as_json: bool = False) -> ExitCode:
     """List the robots of the catalog."""
     from ftqp.app.output import tables
 
@@ -364,7 +335,7 @@ def robots(as_json: Json = False) -> ExitCode:
 
 @app.command(epilog="Example: ftqp backends")
 @command
-def backends(as_json: Json = False) -> ExitCode:
+def backends(as_json: bool = False) -> ExitCode:
     """List the QP backends: licences, what is missing and how to install it."""
     from ftqp.app.output import tables
 
@@ -373,7 +344,7 @@ def backends(as_json: Json = False) -> ExitCode:
 
 @app.command(epilog="Example: ftqp schemes")
 @command
-def schemes(as_json: Json = False) -> ExitCode:
+def schemes(as_json: bool = False) -> ExitCode:
     """List the schemes: what each minimises, and its gains."""
     from ftqp.app.output import tables
 

@@ -1,12 +1,10 @@
 """``ftqp connect``: the first motion with an arm in simulation, what it shows, and the file of it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import typer
 
-from ftqp.app.commands.options import Json, Overrides
 from ftqp.app.output.console import ExitCode, Shown, Table, answer, progress, say
 from ftqp.core.errors import InputError
 
@@ -32,28 +30,22 @@ IDEAL = (
 
 
 def connect(
-    source: Annotated[
-        str,
-        typer.Argument(metavar="SCENARIO|ROBOT|FILE", help="A scenario, a robot, or its URDF or MJCF."),
-    ],
-    tip: Annotated[
-        str | None,
-        typer.Option(metavar="FRAME", help="The end effector of a model; its only end if left out."),
-    ] = None,
-    overrides: Overrides = None,
-    seconds: Annotated[
-        float | None,
-        typer.Option(metavar="T", help="About how long the motion takes; 10 s, or more for many joints."),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="A file of the estimates, for drive.known."),
-    ] = None,
-    as_json: Json = False,
+    source: str,
+    tip: str | None = None,
+    overrides: list[str] | None = None,
+    seconds: float | None = None,
+    output: Path | None = None,
+    as_json: bool = False,
 ) -> ExitCode:
     """Let a simulated arm make its first motion: what is estimated of each servo, noticed, and missing.
 
     Your own arm makes it in your loop: ftqp.connect(planner, q), docs/connect-your-robot.md.
+
+    Options:
+        source SCENARIO|ROBOT|FILE: A scenario, a robot, or its URDF or MJCF.
+        tip --tip FRAME: The end effector of a model; its only end if left out.
+        seconds --seconds T: About how long the motion takes; 10 s, or more for many joints.
+        output -o --output FILE: A file of the estimates, for drive.known.
     """
     from ftqp.app.commands.inspection import arm_of
     from ftqp.control.drive.joint_drive import Drive

@@ -1,84 +1,171 @@
 """``ftqp coverage``: which failures a motion survives, in numbers, pictures and a page."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final
 
 import numpy as np
 
 from ftqp import __version__
-from ftqp.analysis import CoverageReport, coverage
-from ftqp.analysis.planning.fault_plan import Plan
+from ftqp.analysis import CoverageReport, Plan, PlanSettings, coverage, plan
 from ftqp.analysis.survival.coverage import CoverageCase
 from ftqp.analysis.survival.coverage_report import SENTENCES, NotSurvived
 from ftqp.analysis.survival.failure_instants import Pairs
-from ftqp.analysis.survival.task_path import TaskPath
-from ftqp.analysis.survival.tolerable_joints import Bound
-from ftqp.analysis.survival.way_round import DT
+from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.analysis.survival.way_round import DT, Bound
+from ftqp.app.commands import covering
 from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_summary, write_page
-from ftqp.app.output.console import ExitCode, answer, json_text, say
-from ftqp.app.run.healthy_motion import healthy_motion, motion_of_task
+from ftqp.app.output.console import ExitCode, answer, json_text, progress, say
 from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
-from ftqp.app.scenario.setup import load
+from ftqp.app.scenario.setup import Setup, load
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 from ftqp.app.study.runner import refuse_wrong_workers, run_study, study_folder
 from ftqp.app.view.verdicts_file import write_verdicts
+from ftqp.control.planner.running_task import rows_of
+from ftqp.control.task.soft_tasks import PoseTask, PositionTask, RelativeTask
 from ftqp.core.checks import FloatArray, positive
-from ftqp.core.errors import InputError, MissingPackage
+from ftqp.core.errors import InputError, MissingPackage, ScenarioError
 from ftqp.kernel.entry.continuation_study import Continuations
 from ftqp.kernel.layout.enums import Survival
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.frames import way_to
 from ftqp.model.robot import Robot
+from ftqp.sim.loop import MEMORY, Simulation
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.schedule import Schedule
+
+SAMPLES = 400
+"""A path is looked at so often, about."""
+ALONG_TOOL = (0.0, 0.0, 1.0)
+"""The only tool axis that coverage knows."""
+
+
+def task_of(setup: Setup) -> TaskPath:
+    """The scenario's path and rows, sampled at ticks of its planner, some 400 times."""
+    planner, task, robot = setup.planner, setup.planner.task, setup.robot
+    refuse_what_moves(setup)
+    rows: str | list[str] = list(planner.task_rows)
+    if task.rows == "position_axis":
+        if task.axis != ALONG_TOOL:
+            raise ScenarioError(
+                f"{setup.name} has the tool axis {list(task.axis)}, expected [0, 0, 1]: turn the end "
+                "effector by [robot.tool]"
+            )
+        rows = "position_axis"
+    return task_path(
+        robot if robot.is_serial else robot.arm_to(robot.tip), setup.path, rows=rows,
+        dt=planner.dt * _ticks_per_sample(setup),
+        scene=planner.scene, clearance=planner.clearance,
+    )  # fmt: skip
+
+
+def refuse_what_moves(setup: Setup) -> None:
+    """Refuse a path that is repeated, and a base that moves."""
+    if setup.tables.path.laps is not None:
+        raise ScenarioError(
+            f"{setup.name} repeats its path, and it is looked at once: take path.laps out, for example by "
+            "--set path.laps="
+        )
+    if setup.world is not None:
+        raise ScenarioError(
+            f"{setup.name} has a base that moves; which failures a path survives is known for a base that "
+            "stands, so take [base] out"
+        )
+
+
+def motion_of_task(setup: Setup, name: str) -> tuple[TaskPath, FloatArray]:
+    """The way of a task's frame in a run in which nothing fails, and the joints on the way to it."""
+    planner, robot = setup.planner, setup.robot
+    if planner.scene is not None:
+        raise ScenarioError(
+            f"{setup.name} has a scene, which coverage by task does not look at; leave it out by "
+            "--set scene=[] --set clearance="
+        )
+    frame, rows = robot.tip, list(planner.task_rows)
+    if name != robot.tip:
+        given = planner.tasks[name].given
+        if not isinstance(given, PoseTask | PositionTask | RelativeTask):
+            raise InputError(
+                f"task {name!r} is a {type(given).__name__}, which leads no frame along a path; expected a "
+                "PoseTask, PositionTask or RelativeTask, or leave --task out"
+            )
+        frame = given.frame
+        rows = [row for k, row in enumerate(COMPONENTS) if rows_of(given) & (1 << k)]
+    refuse_what_moves(setup)
+    dt = planner.dt * _ticks_per_sample(setup)
+    q = _healthy_run(setup, np.array([dt * k for k in range(round(setup.path.duration / dt) + 1)]))
+    arm = robot.arm_to(frame)
+    goals = np.array([robot.pose(row, frame) for row in q])
+    on_way = np.ascontiguousarray(q[:, way_to(robot, frame)])
+    return task_path(arm, goals, rows=rows, dt=dt), on_way
+
+
+def healthy_motion(setup: Setup) -> tuple[TaskPath, FloatArray]:
+    """The task, and the joints on it in a run in which nothing fails, (N + 1, nv) [rad or m]."""
+    task = task_of(setup)
+    return task, _healthy_run(setup, task.t)
+
+
+def _healthy_run(setup: Setup, times: FloatArray) -> FloatArray:
+    """The joints at times of the path in a run in which nothing fails, (K, nv) [rad or m]."""
+    planner = setup.planner
+    with progress(f"{setup.name}, healthy", 1.0) as notify:
+        ended = Simulation(
+            planner, setup.path, q=setup.q, v=setup.v, schedule=Schedule([]),
+            plant=KinematicPlant(setup.robot, planner.dt), follower=setup.follower,
+            feed_forward=setup.tables.simulation.feed_forward, log=MEMORY,
+            progress=lambda done, total: notify(done / total),
+        ).run()  # fmt: skip
+    if ended.interrupted:
+        raise KeyboardInterrupt
+    log = ended.log
+    if log is None or not ended.completed:
+        raise ScenarioError(
+            f"{setup.name} does not get to the end of its path even while nothing fails"
+            + (f": it stopped at {ended.stopped_at:.3g} s" if ended.stopped_at is not None else "")
+            + "; run it with --set faults= to see why"
+        )
+    reached = log["progress"] if "progress" in log else planner.dt * np.arange(len(log))
+    ticks = np.minimum(np.searchsorted(reached, times - 0.5 * planner.dt), len(reached) - 1)
+    q: FloatArray = np.ascontiguousarray(log["q"][ticks])
+    return q
+
+
+def _ticks_per_sample(setup: Setup) -> int:
+    """Ticks of the planner from sample to sample."""
+    ticks = setup.path.duration / setup.planner.dt
+    if ticks < 1.0:
+        raise InputError(f"the path lasts {setup.path.duration:g} s, less than one tick")
+    return max(1, round(ticks / SAMPLES))
+
 
 KIND, BOUND = "coverage", "coverage bound"
-COLUMNS: Final = {
-    "failure": "TEXT", "t": "REAL", "status": "TEXT", "last_sample": "INTEGER", "position": "REAL",
-    "rotation": "REAL", "margin": "REAL", "hurry": "REAL", "clearance": "REAL",
-}  # fmt: skip
+NUMBERS: Final = ("position", "rotation", "margin", "hurry", "clearance")
+"""What is known of a continuation beside its status and its last sample, by name and column."""
+COLUMNS: Final = {"failure": "TEXT", "t": "REAL", "status": "TEXT", "last_sample": "INTEGER"} | dict.fromkeys(
+    NUMBERS, "REAL"
+)
 BOUND_FOLDER: Final = "bound"
 
 
-@final
-@dataclass(frozen=True)
-class PairWork:
-    """Computes the rows of some of all pairs, a chunk by so many threads; None is one a core."""
-
-    pairs: Pairs
-    threads: int | None
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
-        """The rows of the pairs with these numbers."""
-        pairs, found = self.pairs, self.pairs.runs(items, self.threads)
-        joints, F = pairs.task.robot.joints, len(pairs.failures)
-        names = ["+".join(joints[i] for i in failed) for failed in pairs.failures]
-        values = zip(
-            found.sample.tolist(), found.position.tolist(), found.rotation.tolist(), found.margin.tolist(),
-            found.hurry.tolist(), found.clearance.tolist(), strict=True,
-        )  # fmt: skip
-        return [
-            (
-                names[item % F],
-                float(pairs.task.t[pairs.samples[item // F]]),
-                Survival(int(status)).name,
-                *more,
-            )
-            for item, status, more in zip(items, found.status, values, strict=True)
-        ]
+def pair_rows(pairs: Pairs, threads: int | None, items: Sequence[int]) -> list[tuple[Any, ...]]:
+    """The rows of the pairs with these numbers, by so many threads; None is one a core."""
+    found, joints, F = pairs.runs(items, threads), pairs.task.robot.joints, len(pairs.failures)
+    names = ["+".join(joints[i] for i in failed) for failed in pairs.failures]
+    values = zip(*(getattr(found, name).tolist() for name in ("status", "sample", *NUMBERS)), strict=True)
+    return [
+        (names[item % F], float(pairs.task.t[pairs.samples[item // F]]), Survival(status).name, *more)
+        for item, (status, *more) in zip(items, values, strict=True)
+    ]
 
 
-@final
-@dataclass(frozen=True)
-class BoundWork:
-    """Looks at any posture at some of all samples, a chunk by so many threads; None is one a core."""
-
-    bound: Bound
-    threads: int | None
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
-        """How many joints any posture can do without, at the samples with these numbers."""
-        return [(int(count),) for count in self.bound.counts(items, self.threads)]
+def bound_rows(bound: Bound, threads: int | None, items: Sequence[int]) -> list[tuple[Any, ...]]:
+    """How many joints any posture can do without, at the samples with these numbers."""
+    return [(int(count),) for count in bound.counts(items, threads)]
 
 
 def report_of(
@@ -105,14 +192,14 @@ def report_of(
     threads = None if jobs is None and dask is None else 1
     share: dict[str, Any] = {"what": name, "jobs": 1 if jobs is None else jobs, "dask": dask}
     with ResultsFile(folder, kind=KIND, columns=COLUMNS, **common) as results:
-        run_study(PairWork(pairs, threads), pairs.count, results, **share).refuse_gaps("items")
+        run_study(partial(pair_rows, pairs, threads), pairs.count, results, **share).refuse_gaps("items")
         found = _continuations(results.table())
     most = None
     if bound is not None:
         columns = {"joints": "INTEGER"}
         with ResultsFile(folder / BOUND_FOLDER, kind=BOUND, columns=columns, **common) as results:
-            samples = BoundWork(bound, threads)
-            run_study(samples, len(bound.samples), results, **share).refuse_gaps("items")
+            work = partial(bound_rows, bound, threads)
+            run_study(work, len(bound.samples), results, **share).refuse_gaps("items")
             most = np.array([row[1] for row in results.table()], dtype=np.int64)
     return case.report(found, most)
 
@@ -122,11 +209,8 @@ def _continuations(rows: Sequence[Sequence[Any]]) -> Continuations:
     _, _, _, names, samples, *numbers = zip(*rows, strict=True)
     values = np.array(numbers, dtype=np.float64)  # which makes NaN of None
     status = np.array([Survival[name] for name in names], dtype=np.int64)
-    position, rotation, margin, hurry, clearance = values
-    return Continuations(
-        status=status, sample=np.array(samples, dtype=np.int64), position=position, rotation=rotation,
-        margin=margin, hurry=hurry, clearance=clearance,
-    )  # fmt: skip
+    sample = np.array(samples, dtype=np.int64)
+    return Continuations(status=status, sample=sample, **dict(zip(NUMBERS, values, strict=True)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -281,9 +365,7 @@ def hours_by_joint(robot: Robot, text: str) -> dict[str | int, float]:
 
 def mission_of(rep: CoverageReport, hours: dict[str | int, float]) -> dict[str, float]:
     """The probability that the task is finished."""
-    found = rep.mission_survival(hours)
-    return {"low": found.low, "likely": found.likely, "high": found.high, "without": found.without,
-            "coverage": found.coverage}  # fmt: skip
+    return asdict(rep.mission_survival(hours))
 
 
 def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -307,3 +389,95 @@ def _motion(found: Subject, file: Path) -> Path:
     from ftqp.viz.figures.arm_views import draw_motion
 
     return draw_motion(file, f"{found.name}: {found.title}", found.task.robot, found.task.t, found.q)
+
+
+STARTS = ("free", "given")
+"""Where a plan begins: anywhere on the first self-motions, or where the scenario does."""
+
+
+def make_plan(
+    source: str,
+    overrides: Sequence[str],
+    file: Path,
+    folder: Path | None,
+    *,
+    method: str,
+    start: str,
+    optimise: str | None,
+    seed: int,
+    knobs: dict[str, Any],
+    mtbf: str | None,
+    as_json: bool,
+) -> ExitCode:
+    """Plan, write the file, and say what the plan survives."""
+    if file.exists():
+        raise InputError(f"file {file} exists, and nothing is overwritten; name another one by -o")
+    if file.suffix != ".npz":
+        raise InputError(f"the plan's file is {file}, expected one that ends in .npz")
+    if not file.absolute().parent.is_dir():
+        raise InputError(f"file {file} cannot be made: there is no folder {file.absolute().parent}")
+    if start not in STARTS:
+        raise InputError(f"--start is {start!r}, expected one of {', '.join(STARTS)}")
+    freedoms: Any = [name.strip() for name in (optimise or "").split(",") if name.strip()]
+    if freedoms and start == "given":
+        raise InputError(
+            "--optimise moves the path, so that it need not begin at the scenario's start; leave --start out"
+        )
+    setup = load(source, [*overrides, "faults="])
+    setup.refuse_tables("ftqp plan", "constraints")
+    task = task_of(setup)
+    chosen: Any = method
+    hours = None if mtbf is None else covering.hours_by_joint(task.robot, mtbf)
+    settings, q0 = PlanSettings(**knobs), setup.q if start == "given" else None
+    weights = None if hours is None else {joint: 1.0 / value for joint, value in hours.items()}
+    with _bar(setup.name) as notify:
+        made = plan(
+            setup.robot, task, q0, chosen, seed, settings=settings, optimise=freedoms, weights=weights,
+            progress=notify,
+        )  # fmt: skip
+    made.save(file)
+    found = covering.Subject(name=setup.name, title=f"the plan by {method}", task=made.task, q=made.q)
+    rep = coverage(task.robot, None, made, stride=made.stride)
+    facts = covering.facts_of(found, rep) | _about(made, task, file)
+    if hours is not None:
+        facts["mission"] = covering.mission_of(rep, hours)
+    if folder is not None:
+        facts |= covering.report(found, rep, facts, folder)
+    answer(facts, as_json, [*coverage_summary(facts), *_shown(facts)])
+    return ExitCode.DONE
+
+
+@contextmanager
+def _bar(name: str) -> Iterator[Callable[[int, int, str], None]]:
+    """A bar that starts anew with each kind of work."""
+    doing = [name]
+    with progress(lambda: f"{name}: {doing[0]}", 1.0) as notify:
+
+        def show(done: int, total: int, what: str) -> None:
+            doing[0] = what
+            notify(done / max(total, 1))
+
+        yield show
+
+
+def _about(made: Plan, task: TaskPath, file: Path) -> dict[str, Any]:
+    """What is said of a plan beside what it survives."""
+    return {
+        "file": str(file),
+        "method": made.method,
+        "settings": dict(made.settings),
+        "start": made.q[0].tolist(),
+        "moved": made.task_digest != task.digest,
+    }
+
+
+def _shown(facts: dict[str, Any]) -> list[str]:
+    """The rest, for a person."""
+    shown = [f"  plan: {facts['file']}; run it: ftqp run {facts['scenario']} --plan {facts['file']}"]
+    if facts["moved"]:
+        settings = facts["settings"]
+        ways = ", ".join(f"{name} {settings[name]}" for name in ("yaw", "base") if name in settings)
+        shown.insert(
+            0, f"  the path is moved ({ways}); move path, tool or base of the scenario alike before it is run"
+        )
+    return shown

@@ -11,7 +11,6 @@ from ftqp.app.output import words
 from ftqp.app.output.console import ExitCode, answer, say, tell
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import Setup, load
-from ftqp.control.following.goto import GoTo
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.pose import rotation_vector
@@ -49,18 +48,11 @@ def _run(setup: Setup, folder: Path) -> runs.Run:
 
 def ridden(setup: Setup, reported: bool, duration: float | None = None) -> Ride:
     """The rival on the arm of a scenario, with its noise and brake, for so long, or as the path lasts [s]."""
+    robot, dt = setup.robot, setup.planner.dt
     return ride(
-        ResolvedRates(setup.robot, setup.planner.dt),
-        setup.robot,
-        setup.path,
-        setup.q,
-        dt=setup.planner.dt,
-        plant=setup.plant,
-        sensors=setup.sensors,
-        schedule=setup.schedule,
-        reported=reported,
-        duration=duration,
-    )
+        ResolvedRates(robot, dt), robot, setup.path, setup.q, dt=dt, plant=setup.plant, sensors=setup.sensors,
+        schedule=setup.schedule, reported=reported, duration=duration,
+    )  # fmt: skip
 
 
 def errors_of(error: FloatArray, t: FloatArray, at: float) -> dict[str, float]:
@@ -214,7 +206,7 @@ def goal_story(folder: Path) -> StoryPart:
     """ftqp on its way to the goal, the lock not reported, and a rival that knows it and goes straight on."""
     setup = _across()
     say(f"and a goal across the workspace; the brake of {JOINT} closes soon after the start ...")
-    leads = _led(setup)
+    leads = setup.simulation().run().q
     path, planner = setup.path, setup.planner
     rival = ridden(setup, True, duration=DRIVEN + RESTS)
     goal = path.sample(np.array([path.duration])).pose[0]
@@ -240,30 +232,10 @@ def _across() -> Setup:
         SCENARIO,
         [
             f"planner.dt={PERIOD}", f"start.q={list(START)}", f"faults.0.joint={JOINT}",
-            f"faults.0.at={BRAKES_AT}", f"path={{{goal}, duration={DRIVEN}}}",
+            f"faults.0.at={BRAKES_AT}", f'path={{{goal}, duration={DRIVEN}, reference="goal"}}',
+            f"simulation.duration={DRIVEN + RESTS - PERIOD}",
         ],
     )  # fmt: skip
-
-
-def _led(setup: Setup) -> FloatArray:
-    """Where the joints end that ftqp leads to the goal, (nv,) [rad]."""
-    planner, plant, sensors = setup.planner, setup.plant, setup.sensors
-    (event,) = setup.schedule
-    planner.reset(setup.q)
-    plant.reset(setup.q, np.zeros(setup.robot.nv))
-    if sensors is not None:
-        sensors.reset()
-    goto = GoTo(planner, pose=setup.path.sample(np.array([setup.path.duration])).pose[0])
-    breaks = round(event.at / PERIOD)
-    for k in range(round((DRIVEN + RESTS) / PERIOD)):
-        if k == breaks:
-            plant.fail(event.fault)
-        q = plant.q
-        if sensors is not None:
-            sensors.measure(plant.q, plant.v)
-            q = sensors.q
-        plant.advance(goto.step(q, None))
-    return plant.q.copy()
 
 
 def _ends(end: dict[str, float]) -> str:

@@ -2,11 +2,8 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from ftqp.app.commands.options import Json
 from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.core.errors import InputError, unknown
 
@@ -21,21 +18,14 @@ FORMATS = {
 """Formats: the name that the file or folder gets beside the log, and what it is."""
 
 
-def export(
-    source: Annotated[
-        str,
-        typer.Argument(metavar="RUN|ROBOT", help="The folder of a run, its log, or a robot of the catalog."),
-    ],
-    form: Annotated[str, typer.Option("--format", metavar="NAME", help=", ".join(FORMATS))],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="New file or folder; next to the log if left out."
-        ),
-    ] = None,
-    as_json: Json = False,
-) -> ExitCode:
-    """Write a run for other programs: a ROS 2 bag, CSV, NPZ, MAT, a trajectory, or its arm as a URDF."""
+def export(source: str, form: str, output: Path | None = None, as_json: bool = False) -> ExitCode:
+    """Write a run for other programs: a ROS 2 bag, CSV, NPZ, MAT, a trajectory, or its arm as a URDF.
+
+    Options:
+        source RUN|ROBOT: The folder of a run, its log, or a robot of the catalog.
+        form --format NAME: mcap, csv, npz, mat, trajectory, urdf
+        output -o --output FILE: New file or folder; next to the log if left out.
+    """
     if form not in FORMATS:
         raise unknown("format", form, "ftqp export", FORMATS)
     facts = _of_run(Path(source), form, output) if Path(source).exists() else _of_robot(source, form, output)
@@ -75,8 +65,7 @@ def _of_run(source: Path, form: str, output: Path | None) -> dict[str, Any]:
     from ftqp.sim.log.log_file import open_log
 
     with open_log(source) as rows:
-        end = float(next(rows.blocks(rows.count - 1))[0, rows.groups()["t"][0]]) if rows.count else 0.0
-        notes = notes_of(rows.metadata, end)
+        notes = notes_of(rows.metadata, rows.end)
         folder = source if source.is_dir() else source.parent
         if form == "urdf":
             robot, why = recorded_robot(rows)
@@ -108,7 +97,7 @@ def _written(
             "robot": None if robot is None else robot.name,
         }
     if form == "trajectory":
-        from ftqp.sim.export.joint_trajectory import AT_REST, write_trajectory
+        from ftqp.sim.export.ros_bag import AT_REST, write_trajectory
 
         speed = write_trajectory(rows, file, notify)
         if speed > AT_REST:

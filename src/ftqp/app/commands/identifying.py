@@ -2,12 +2,10 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import typer
 
-from ftqp.app.commands.options import Json
 from ftqp.app.output.console import ExitCode, Shown, Table, answer, progress, say
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
@@ -34,48 +32,30 @@ class _Arm(NamedTuple):
 
 
 def identify(
-    logs: Annotated[
-        list[Path] | None, typer.Argument(metavar="[LOG...]", help="CSV files, or folders of runs.")
-    ] = None,
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ARM", help="A scenario, a robot of the catalog, a URDF or MJCF; a run knows its."
-        ),
-    ] = None,
-    tip: Annotated[
-        str | None,
-        typer.Option(metavar="FRAME", help="Where the load is, of a URDF; its only end if left out."),
-    ] = None,
-    late: Annotated[
-        float, typer.Option(metavar="SECONDS", help="How much later torques act than positions of a row.")
-    ] = 0.0,
-    only: Annotated[
-        str | None,
-        typer.Option(
-            metavar="A,B,...", help="Look only for some of rotors, coulomb, viscous, gains, offsets, load."
-        ),
-    ] = None,
-    motion: Annotated[
-        str | None,
-        typer.Option(metavar="ARM", help="Write a motion that excites all, in place of reading logs."),
-    ] = None,
-    seconds: Annotated[float, typer.Option(metavar="T", help="How long that motion is.")] = 20.0,
-    rehearse: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="LOG", help="Let the scenario's arm in physics go that motion, and write its log."
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="The motion (.csv), or a .urdf of what was found."
-        ),
-    ] = None,
-    as_json: Json = False,
+    logs: list[Path] | None = None,
+    robot: str | None = None,
+    tip: str | None = None,
+    late: float = 0.0,
+    only: str | None = None,
+    motion: str | None = None,
+    seconds: float = 20.0,
+    rehearse: Path | None = None,
+    output: Path | None = None,
+    as_json: bool = False,
 ) -> ExitCode:
-    """Find rotors, friction, load, gains and offsets of an arm from logs with torques."""
+    """Find rotors, friction, load, gains and offsets of an arm from logs with torques.
+
+    Options:
+        logs [LOG...]: CSV files, or folders of runs.
+        robot --robot ARM: A scenario, a robot of the catalog, a URDF or MJCF; a run knows its.
+        tip --tip FRAME: Where the load is, of a URDF; its only end if left out.
+        late --late SECONDS: How much later torques act than positions of a row.
+        only --only A,B,...: Look only for some of rotors, coulomb, viscous, gains, offsets, load.
+        motion --motion ARM: Write a motion that excites all, in place of reading logs.
+        seconds --seconds T: How long that motion is.
+        rehearse --rehearse LOG: Let the scenario's arm in physics go that motion, and write its log.
+        output -o --output FILE: The motion (.csv), or a .urdf of what was found.
+    """
     from ftqp.app.commands.inspection import arm_of
     from ftqp.model.fitting.fitted_arm import KINDS, fitted_arm
 

@@ -3,23 +3,16 @@
 import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Literal, final
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from ftqp import __version__
 from ftqp.analysis import WorkspaceReport
 from ftqp.analysis.goals import goal_study
-from ftqp.analysis.map_chunks import (
-    COUNTS,
-    MEASURES,
-    WorkspaceTask,
-    map_chunk,
-    points,
-    workspace_task,
-)
+from ftqp.analysis.workspace_map import COUNTS, MEASURES, WorkspaceTask, map_chunk, points, workspace_task
 from ftqp.app.output.console import ExitCode, Shown, Table, answer, json_text, say
 from ftqp.app.run.runs import write
 from ftqp.app.scenario import document
@@ -86,23 +79,12 @@ ANY = "any"
 """The column of a measure for a failure of any joint."""
 
 
-@final
-@dataclass(frozen=True)
-class MapWork:
-    """Computes the rows of some starts."""
-
-    task: WorkspaceTask
-
-    @cached_property
-    def _points(self) -> FloatArray:
-        return points(self.task)
-
-    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
-        """The rows of the starts with these numbers: place, measures of each joint and of any, counts."""
-        places = self._points[list(items)]
-        found = map_chunk(self.task, places)
-        parts = [places, *(found[name] for name in MEASURES), *(found[name][:, None] for name in COUNTS)]
-        return [tuple(row) for row in np.hstack(parts).tolist()]
+def map_rows(task: WorkspaceTask, every: FloatArray, items: Sequence[int]) -> list[tuple[Any, ...]]:
+    """The rows of the starts with these numbers: place, measures of each joint and of any, counts."""
+    places = every[list(items)]
+    found = map_chunk(task, places)
+    parts = [places, *(found[name] for name in MEASURES), *(found[name][:, None] for name in COUNTS)]
+    return [tuple(row) for row in np.hstack(parts).tolist()]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,9 +201,8 @@ def map_workspace(
         ResultsFile(folder, kind=KIND, key=study.key, columns=study.columns, about=about) as results,
     ):
         write(folder / STUDY, study.text)
-        outcome = run_study(
-            MapWork(study.task), len(study.places), results, what=study.name, jobs=jobs, dask=dask
-        )
+        work = partial(map_rows, study.task, study.places)
+        outcome = run_study(work, len(study.places), results, what=study.name, jobs=jobs, dask=dask)
         found = study.arrays(results.table())
     facts = _summary(study, found, outcome, folder)
     facts["figures"] = [str(file) for file in _figures(study, found, folder)]

@@ -22,7 +22,7 @@ from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_writer import FILE_NAME, log_files
 from ftqp.sim.log.metrics import summary
 from ftqp.viz.pages.page import page
-from ftqp.viz.report.numbers import carried
+from ftqp.viz.report.run_report import carried
 
 LEVELS = {"acceleration": "accelerations", "velocity": "velocities"}
 """What a planner commands at each level."""
@@ -173,7 +173,7 @@ def _replay(log: Log, label: str, room: int, *, full: bool) -> tuple[str, bool]:
     if robot is None:
         return f"There is no replay: {why}.", False
     try:
-        from ftqp.viz.live.recording import replay
+        from ftqp.viz.live.server import replay
 
         return replay(log, robot, label, room, full=full), True
     except MissingPackage as error:

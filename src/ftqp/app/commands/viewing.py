@@ -19,8 +19,7 @@ from urllib.request import ProxyHandler, build_opener
 from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.output.console import ExitCode, say, tell, tell_text
 from ftqp.app.run.runs import write
-from ftqp.app.view.arms_of_scenario import arms_of
-from ftqp.app.view.live_source import LiveSource
+from ftqp.app.view.live_source import LiveSource, arms_of
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import FtqpError, InputError, unknown
@@ -36,7 +35,7 @@ from ftqp.viz.live.meshes import mesh_parts
 from ftqp.viz.live.stage import Source, Stage
 
 if TYPE_CHECKING:
-    from ftqp.viz.live.shapes import Part
+    from ftqp.viz.live.meshes import Part
 
 MOST: Final = 1800
 """Frames that are kept at most, one minute of 30 a second; every other one goes when they are reached."""
@@ -217,7 +216,7 @@ def _write(
     file: Path, frames: Sequence[Frame], stage: Stage, parts: "Callable[[Robot], Sequence[Part]]"
 ) -> None:
     """The recording of what was shown."""
-    from ftqp.viz.live.recording import recording
+    from ftqp.viz.live.server import recording
 
     if len(frames) < 2:
         say(f"note: nothing moved, so there is no recording {file}")

@@ -13,8 +13,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from ftqp import __version__
-from ftqp.app.deployment.arm_file import arm_file, kernel_hash, small_capacity
-from ftqp.app.deployment.headers import arm_header, fingerprint, layout_header
+from ftqp.app.deployment.headers import (
+    arm_file,
+    arm_header,
+    fingerprint,
+    kernel_hash,
+    layout_header,
+    small_capacity,
+)
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths.path import Path as Way
 from ftqp.control.planner.planner import Planner
@@ -100,11 +106,7 @@ def build_folder(
             shutil.copytree(TEXTS / "example", made / "example")
             (made / "cmake").mkdir()
             shutil.copy(TEXTS / "ftqp-config.cmake", made / "cmake" / "ftqp-config.cmake")
-        left_out = (
-            *memory.left_out,
-            NO_PATH if wanted.path is None else NO_ESCAPE,
-            NO_GOALS,
-        )
+        left_out = (*memory.left_out, NO_PATH if wanted.path is None else NO_ESCAPE, NO_GOALS)
         bill = _bill(wanted, library, left_out, made)
         (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")
         os.rename(made, folder)

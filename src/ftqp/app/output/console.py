@@ -2,15 +2,17 @@
 
 import json
 import math
+import re
 import signal
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import IntEnum
 from functools import wraps
+from inspect import Signature, getdoc, signature
 from threading import current_thread, main_thread
 from types import FrameType
-from typing import Any, NamedTuple, ParamSpec
+from typing import Annotated, Any, NamedTuple, ParamSpec
 
 import numpy as np
 import typer
@@ -178,6 +180,41 @@ def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[
             bar.stop()
 
 
+OPTION = re.compile(r"(\w+)((?: --?[a-z-]+)*)(?: (\S+))?: (.+)")
+"""What is said of a parameter: name, options (none of an argument), what its value is called, help."""
+SHARED = """
+    scenario SCENARIO: A scenario file, or the name of a bundled one.
+    backend --backend NAME: QP backend or profile file, in place of the scenario's.
+    scheme --scheme NAME: Scheme, in place of the scenario's.
+    overrides --set A.B=VALUE: Replace a value of the scenario (A.B= takes it out); repeatable.
+    out --out DIR: Folder to make; runs/<scenario>-<time> if left out.
+    plan --plan FILE: A trajectory, made by ftqp plan -o FILE.
+    mtbf --mtbf HOURS: Mean time between failures of a joint, or joint=hours,...
+    jobs --jobs N: Processes; all cores if left out and the work is long.
+    dask --dask ADDRESS: Compute on the workers of this Dask scheduler.
+    resume --resume: Go on from what an interrupted run has kept.
+    no_figures --no-figures: Draw nothing: a short run, or the facts of an arm, take less time.
+    as_json --json: Print one JSON object on stdout and nothing else.
+"""
+"""Of parameters of several commands; the docstring of a command says it of its own, below ``Options``."""
+
+
+def _declared(body: Callable[..., ExitCode]) -> tuple[Signature, str]:
+    """The signature of a command with what is said of its options, and its docstring without that."""
+    text, _, own = (getdoc(body) or "").partition("\n\nOptions:\n")
+    said = {}
+    for line in f"{SHARED}{own}".replace("\n        ", " ").splitlines():
+        if found := OPTION.fullmatch(line.strip()):
+            name, flags, metavar, about = found.groups()
+            kind: Any = typer.Option if flags else typer.Argument
+            said[name] = kind(*flags.split(), metavar=metavar, help=about)
+    parameters = [
+        one.replace(annotation=Annotated[one.annotation, said[one.name]])
+        for one in signature(body).parameters.values()
+    ]
+    return Signature(parameters), text
+
+
 def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
     """Makes a command of ``body``: bad input is said in words and ends with 2, Ctrl-C with 130."""
 
@@ -205,6 +242,7 @@ def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
             code = ExitCode.TERMINATED
         raise typer.Exit(int(code))
 
+    run.__signature__, run.__doc__ = _declared(body)  # type: ignore[attr-defined]
     return run
 
 

@@ -133,11 +133,7 @@ class LabelledQP:
         return rows
 
     def two_sided(self, solution: Solution) -> list[dict[str, Any]]:
-        """Every two-sided row that is closed on a side.
-
-        A torque row is l <= Mx <= u with l, u = -+tau_max - h, so the torque is Mx minus the middle of l, u;
-        other symmetric kinds of rows likewise.
-        """
+        """Every two-sided row that is closed on a side; of symmetric kinds less the middle of l, u."""
         q, rows = self.problem, []
         values = q.C @ solution.x
         for j, name in enumerate(self._rows[q.m :]):
@@ -305,10 +301,7 @@ def _at_hand() -> list[str]:
 
 
 def _reference(
-    recording: Recording,
-    k: int,
-    problem: QP,
-    answers: Mapping[str, tuple[Solution, Claim | None] | str],
+    recording: Recording, k: int, problem: QP, answers: Mapping[str, tuple[Solution, Claim | None] | str]
 ) -> tuple[FloatArray | None, str | None]:
     """The point that answers are measured against, and whose it is: the recorded one if it solves the QP."""
     x, y, z, z_box = (getattr(recording, name)[k] for name in ("x", "y", "z", "z_box"))

@@ -110,9 +110,7 @@ def run(
     """Simulates ``setup`` and writes ``scenario.toml``, ``log.npy``, ``summary.json`` and ``figures/``."""
     with progress(setup.name, 1.0) if advance is None else nullcontext(advance) as notify:
         simulation = setup.simulation(
-            log=_log(setup, folder),
-            metadata=_about(setup),
-            progress=lambda done, total: notify(done / total),
+            log=_log(setup, folder), metadata=_about(setup), progress=lambda done, total: notify(done / total)
         )
         make_folder(folder)
         write(folder / SCENARIO, setup.toml)
@@ -140,7 +138,7 @@ def _drawn(folder: Path, dt: float) -> Log:
     """What the figures show: the log, or of a long one its end."""
     with open_log(folder) as rows:
         most = max(1, DRAWN // (8 * len(rows.columns)))
-        last = float(next(rows.blocks(rows.count - 1))[0, rows.groups()["t"][0]]) if rows.count else 0.0
+        last = rows.end
     if rows.count <= most:
         return load_log(folder)
     say(

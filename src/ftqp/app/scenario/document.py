@@ -161,10 +161,7 @@ def _value(raw: str) -> Any:
 
 
 def toml(content: Mapping[str, Any]) -> str:
-    """``content`` as TOML: tables, inline tables for what lies deeper, ``[[faults]]`` for lists of tables.
-
-    Plain values come first, an empty list among them: after a table's header they would belong to that table.
-    """
+    """``content`` as TOML: plain values first, which a table's header would take, then tables."""
     lines: list[str] = []
     for key, value in sorted(content.items(), key=lambda item: _is_table(item[1])):
         if _is_table(value):

@@ -1,7 +1,4 @@
-"""Reads the tables of a file by the settings of classes: strictly, and with all that is wrong at once.
-
-Every error is one sentence with the dotted path of the place in the file.
-"""
+"""Reads tables of a file by the settings of classes: strictly, all errors at once, each with its path."""
 
 import json
 from collections.abc import Mapping
@@ -134,12 +131,7 @@ class _Reader:
         return WRONG
 
     def table(
-        self,
-        of: Any,
-        kinds: Mapping[str, type[Any]] | None,
-        got: Any,
-        path: str,
-        usual: str | None = None,
+        self, of: Any, kinds: Mapping[str, type[Any]] | None, got: Any, path: str, usual: str | None = None
     ) -> Any:
         """A table: one of a class, of a kind, or of a class with the keys of a kind beside its own."""
         if not isinstance(got, Mapping):

@@ -21,9 +21,9 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.response.detector import Detector
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.scene.solid_shapes import WORDS, Shape
+from ftqp.control.task.keep import CONSTRAINT_KINDS, KEPT, KINDS
 from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import EmergencyStop, Task
-from ftqp.control.task.task_kinds import CONSTRAINT_KINDS, KEPT, KINDS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
@@ -39,13 +39,11 @@ from ftqp.qp import Backend, Recorder
 from ftqp.sim.base.disturbances import Disturbance, RandomMotion, Sinusoid, Step
 from ftqp.sim.base.moving_world import Base, FreeBase, MovingWorld, Platform
 from ftqp.sim.number_files import recorded_motion, waypoint_table
-from ftqp.sim.plants.gain_servo import Gains, GainServo
-from ftqp.sim.plants.held_plant import HeldPlant, Hold
-from ftqp.sim.plants.hidden_faults import TROUBLES, HiddenFault, Push
-from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.joint_servo import Gains, GainServo, JointServo
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.plants.servo_plant import ServoPlant
+from ftqp.sim.plants.troubled_plant import TROUBLES, HeldPlant, HiddenFault, Hold, Push
 from ftqp.sim.plants.true_arm import TrueArm
 from ftqp.sim.schedule import FaultEvent, first_tick
 from ftqp.sim.sensors.joint_sensors import JointSensors
@@ -135,10 +133,7 @@ class MujocoTable(Table):
     )
     substeps: int = setting(4, "time steps of the physics in a control period, >= 1", least=1.0)
     step: float | None = setting(
-        None,
-        "time step of the physics, in place of substeps, about, > 0",
-        unit="s",
-        above=0.0,
+        None, "time step of the physics, in place of substeps, about, > 0", unit="s", above=0.0
     )
     payload: Options[Payload] | None = like(TrueArm, "payload")
     mass_scale: float = like(TrueArm, "mass_scale")
@@ -177,14 +172,6 @@ class MujocoTable(Table):
         made = MujocoPlant(arm, dt, servo, true, substeps=substeps, seed=seed, scene=scene)
         befalls = [Trouble(one.at, one.what, one.duration, one.every) for one in troubles]
         return TroubledPlant(made, arm, dt, befalls) if befalls else made
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HoldTable(Table):
-    """All joints are held at once, as by a protective stop, and nobody reports it."""
-
-    at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
-    duration: float = setting(REQUIRED, "for how long, > 0", unit="s", above=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,7 +218,7 @@ class SimulationTable(Table):
         "the path's acceleration at a tick, or its mean until the next one",
         choices=("sampled", "mean"),
     )
-    holds: tuple[HoldTable, ...] = setting((), "when all joints are held at once")
+    holds: tuple[Options[Hold], ...] = setting((), "when all joints are held at once")
     troubles: tuple[TroubleTable, ...] = setting((), "what befalls an arm in physics and nobody reports")
     duration: float | None = setting(
         None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
@@ -250,8 +237,7 @@ class SimulationTable(Table):
             plant = self.mujoco.plant(arm, dt, drive, self.seed, scene, self.troubles)
         else:
             plant = KinematicPlant(arm, dt, level)
-        holds = [Hold(one.at, one.duration) for one in self.holds]
-        return HeldPlant(plant, arm, dt, holds) if holds else plant
+        return HeldPlant(plant, arm, dt, [one.made() for one in self.holds]) if self.holds else plant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,12 +20,7 @@ def _version() -> str:
 
 @final
 class DaskCluster(Workers):
-    """Computes chunks on the workers of a Dask scheduler, which have the same ftqp installed.
-
-    Raises:
-        MissingPackage: Dask is not installed here.
-        InputError: No scheduler answers at that address, it has no workers, or they have another ftqp.
-    """
+    """Computes chunks on the workers of a Dask scheduler, which have the same ftqp installed."""
 
     chunk_seconds = 5.0
 
@@ -74,11 +69,9 @@ class DaskCluster(Workers):
         return int(sum(threads.values()))
 
     def submit(self, items: tuple[int, ...]) -> "Future[Computed]":
-        """Begin a chunk; the scheduler has other workers where one died."""
         future: Future[Computed] = self._executor.submit(compute, self._work, items)
         return future
 
     def close(self) -> None:
-        """Take leave of the scheduler."""
         self._executor.shutdown(wait=False)
         self._client.close()

@@ -78,7 +78,6 @@ class ThisProcess(Workers):
         self._work = work
 
     def submit(self, items: tuple[int, ...]) -> "Future[Computed]":
-        """Compute a chunk."""
         future: Future[Computed] = Future()
         future.set_result(compute(self._work, items))
         return future
@@ -89,11 +88,7 @@ class ThisProcess(Workers):
 
 @final
 class LocalProcesses(Workers):
-    """Computes chunks in processes of this machine, which end when this process does, however that is.
-
-    Raises:
-        InputError: Python ignores the variable that keeps the current folder out of workers.
-    """
+    """Computes chunks in processes of this machine, which end when this process does, however that is."""
 
     chunk_seconds = 1.0
     death = (BrokenProcessPool,)
@@ -116,7 +111,6 @@ class LocalProcesses(Workers):
             )
 
     def submit(self, items: tuple[int, ...]) -> "Future[Computed]":
-        """Begin a chunk; this starts a process where one is missing."""
         with _uninterrupted(), safe_path():
             if self._pool._broken:
                 self.close()
@@ -143,10 +137,7 @@ class LocalProcesses(Workers):
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Puts Ctrl-C and SIGTERM off.
-
-    A pool loses sight of a process that starts, or of its own thread that ends, and would wait for ever.
-    """
+    """Puts Ctrl-C and SIGTERM off: a pool loses sight of a process that starts then, and waits for ever."""
     if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -23,11 +23,7 @@ from ftqp.viz.live.stage import Stage
 
 @final
 class ReplaySource:
-    """Plays a log by a clock [s]: Pause, Speed, Seek and Reset, which begins at time 0; it stands at its end.
-
-    Raises:
-        InputError: The log is empty, or its arm cannot be made any more.
-    """
+    """Plays a log by a clock [s]: Pause, Speed, Seek and Reset to time 0; it stands at its end."""
 
     def __init__(self, log: Log, title: str, *, clock: Callable[[], float] = monotonic) -> None:
         if not len(log):

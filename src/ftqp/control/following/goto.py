@@ -24,7 +24,7 @@ from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.way_out import WayOut
 from ftqp.control.planner.ways.ways import Ways, refusal
-from ftqp.control.references.tip_reference import TipLimits
+from ftqp.control.references.jerk_limit import TipLimits
 from ftqp.core.checks import FloatArray, frozen, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed

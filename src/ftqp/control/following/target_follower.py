@@ -15,7 +15,7 @@ from ftqp.control.planner.start import in_milliseconds
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
-from ftqp.control.references.tip_reference import TipLimits
+from ftqp.control.references.jerk_limit import TipLimits
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed

@@ -10,7 +10,7 @@ from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import TIP
 from ftqp.control.planner.target import Target, target_on
-from ftqp.control.references.tip_reference import TipLimits, TipReference
+from ftqp.control.references.jerk_limit import TipLimits, TipReference
 from ftqp.core.checks import FloatArray, seen
 from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING

@@ -30,8 +30,7 @@ Axis = str | Sequence[float] | FloatArray
 """A direction in W: x, y, z, -x, -y, -z, or a vector (3,) whose length does not matter."""
 _WRITTEN = Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, ...]
 AXES = Setting(
-    "two perpendicular directions in W, each x, y, z, -x, -y, -z or a vector",
-    of=tuple[_WRITTEN, _WRITTEN],
+    "two perpendicular directions in W, each x, y, z, -x, -y, -z or a vector", of=tuple[_WRITTEN, _WRITTEN]
 )
 _SIDES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -162,12 +161,7 @@ class PointToPoint(Figure):
     __slots__ = ("_displacement", "_first", "_turn")
 
     def __init__(
-        self,
-        start: Any,
-        goal: Any,
-        *,
-        duration: float,
-        law: str | Mapping[str, Any] | laws.Law = "quintic",
+        self, start: Any, goal: Any, *, duration: float, law: str | Mapping[str, Any] | laws.Law = "quintic"
     ) -> None:
         from scipy.spatial.transform import Rotation  # slow to load, needed for such a path only
 

@@ -286,10 +286,7 @@ class Scene(Mapping[str, Placed]):
         self._watchers.append(WeakMethod(watcher))
 
     def _change(self, placed: dict[str, Placed], balls: FloatArray, name: str = "") -> None:
-        """Work out a change for all who watch, and write it by one call; nothing changes before that.
-
-        What stands there is looked up by the number that the same call writes.
-        """
+        """Work out a change for all who watch, then write it by one call."""
         self._watchers = [one for one in self._watchers if one() is not None]
         content, version = Content(placed, balls), self.version + 1
         self._contents = {int(self.version[0]): self.content, int(version[0]): content}

@@ -1,7 +1,4 @@
-"""How joint limits become one interval a joint: the conversions that a planner can be made with.
-
-Each of them is derived in ``docs/theory/joint-limits.md``.
-"""
+"""How joint limits become one interval a joint, by name; derived in ``docs/theory/joint-limits.md``."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,8 +1,4 @@
-"""What goes with what: one table of the choices that exclude each other.
-
-Errors are made from it, the page docs/compatibility.md is, and a test runs the whole product of choices
-against it: what no rule refuses has to work.
-"""
+"""What goes with what: choices that exclude each other, for errors and docs/compatibility.md."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

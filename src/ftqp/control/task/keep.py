@@ -1,12 +1,25 @@
-"""Keep: a point of the arm stays on its side of a plane or in a box, or an axis of it in a cone."""
+"""Keep: points of the arm in half-spaces and boxes, axes in cones; the kinds of tasks and constraints."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, pi
 from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.task.soft_tasks import AXES, Three, direction
+from ftqp.control.task.soft_tasks import (
+    AXES,
+    AxisTask,
+    CentreOfMass,
+    JointTask,
+    PoseTask,
+    PositionTask,
+    PostureTask,
+    RelativeTask,
+    SoftTask,
+    Three,
+    direction,
+)
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, refuse_out_of_range, setting
@@ -218,3 +231,21 @@ class TorqueLimits:
                 f"constraints has TorqueLimits, and {robot.name} has no torque limit; leave them out or give "
                 "it some by robot.with_limits(tau_max=...)"
             )
+
+
+KINDS: Mapping[str, type[SoftTask]] = {
+    "pose": PoseTask,
+    "relative": RelativeTask,
+    "position": PositionTask,
+    "axis": AxisTask,
+    "centre_of_mass": CentreOfMass,
+    "posture": PostureTask,
+    "joints": JointTask,
+}
+"""Of tasks, ``[[tasks]]``; a function of one's own can only be given in Python."""
+
+KEPT = "keep"
+"""The kind of a constraint that does not say its kind."""
+
+CONSTRAINT_KINDS: Mapping[str, type[Any]] = {KEPT: Keep}
+"""Of constraints, ``[[constraints]]``."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ftqp.control.task.soft_tasks import SoftTask
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, whole_number
 from ftqp.core.errors import InputError
 from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import TASK_ROWS
@@ -25,7 +25,7 @@ class OwnTask(SoftTask):
     """A kind of task of one's own: weight/2 |J x - b|^2, or J x = b on level 0, with J and b from Python.
 
     A kind is a frozen dataclass over it whose settings are fields, each a ``setting(...)``, with ``count``
-    and ``filling``; an entry of ``KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in scenarios.
+    and ``filling``; an entry of ``KINDS`` in ``ftqp.control.task.keep`` gives it a word in scenarios.
     Logs, reports and the page show its error where it has a ``unit``. ``about`` says what that error is.
     CONTRIBUTING.md says more.
 
@@ -92,8 +92,7 @@ class LeastSquares(OwnTask):
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
-        if isinstance(self.rows, bool) or not isinstance(self.rows, int) or not 1 <= self.rows <= TASK_ROWS:
-            raise InputError(f"rows of {self.label} is {self.rows!r:.60}, expected 1 to {TASK_ROWS}")
+        whole_number(f"rows of {self.label}", self.rows, 1, TASK_ROWS)
         if not callable(self.fill):
             raise InputError(f"fill of {self.label} is {self.fill!r:.60}, expected a function (state, J, b)")
 
@@ -116,7 +115,7 @@ class OwnConstraint:
     """A kind of constraint of one's own: l <= C x <= u with C, l and u from Python.
 
     A kind is a frozen dataclass over it whose settings are fields, each a ``setting(...)``, with ``count``
-    and ``filling``; an entry of ``CONSTRAINT_KINDS`` in ``ftqp.control.task.task_kinds`` gives it a word in
+    and ``filling``; an entry of ``CONSTRAINT_KINDS`` in ``ftqp.control.task.keep`` gives it a word in
     scenarios. Logs, reports and the page show its distance where it has a ``unit``; ``about`` says what
     that is.
     CONTRIBUTING.md says more.
@@ -178,8 +177,4 @@ def refuse_unfinished(made: Any, most: int) -> None:
             what = "a property" if name == "count" else "a method filling(robot)"
             raise InputError(f"{kind} has no {name}, expected {what}, as CONTRIBUTING.md shows")
     refuse_out_of_range(made, f" of {made.label}", every=True)
-    count = made.count
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
-        raise InputError(
-            f"count of {made.label} is {count!r:.60}, expected a whole number of rows, 1 to {most}"
-        )
+    whole_number(f"count of {made.label}", made.count, 1, most)

@@ -21,10 +21,7 @@ ROW_SETS: dict[str, tuple[str, ...]] = {
     "position_axis": COMPONENTS[:5],
 }
 MODES = {mode.name.lower(): mode for mode in Mode}
-PRIORITIES = {
-    "weighted": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
-    "position_first": (1e-2, 1e-2, 1e-2, 1e2, 1e2, 1e2),
-}
+PRIORITIES = {"weighted": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0), "position_first": (1e-2, 1e-2, 1e-2, 1e2, 1e2, 1e2)}
 """Compliance of each component beside that of the task: position_first weighs position 1e4 times more."""
 DEFAULT_GAINS = {"acceleration": (100.0, 20.0), "velocity": (10.0, 0.0)}
 """kp, kv at each level: a critically damped error of 10 rad/s; at the velocity level a decay of 10 1/s."""
@@ -122,9 +119,7 @@ class Task:
         if not isinstance(self.calm, bool):
             raise InputError(f"calm is {self.calm!r:.60}, expected True or False")
         refuse(
-            mode=self.mode,
-            priority=self.priority,
-            damping="none" if self.damping is None else "directional",
+            mode=self.mode, priority=self.priority, damping="none" if self.damping is None else "directional"
         )
         positive("tolerance", self.tolerance, "m")
         positive("rotation_tolerance", self.rotation_tolerance, "rad")

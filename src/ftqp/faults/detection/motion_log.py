@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol, final, runtime_checkable
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import FloatArray, frozen, numbers
 from ftqp.core.errors import InputError
 
 DIGITS = 12
@@ -82,10 +82,7 @@ class MotionLog:
 
 def _column(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     """A read-only column of a log; NaN passes."""
-    try:
-        column = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{name} of the log is no array of numbers; expected shape (K, nv)") from error
+    column = numbers(f"{name} of the log", value, "; expected shape (K, nv)")
     if column.ndim != 2 or column.shape != shape or not len(column):
         raise InputError(
             f"{name} of the log has shape {column.shape}, expected that of q, (K, nv) = {shape}"

@@ -251,7 +251,7 @@ def active_set(Q: Any) -> int:
 
 STATIONARY = 1e-7
 """Largest |Hx + g + A'y + C'z + z_box| that shows no harm of a pivot that is rounding, as a share of 1 + the
-largest of |Hx| and |g|: a tenth of what ``ftqp.qp.answer_check`` accepts."""
+largest of |Hx| and |g|: a tenth of what ``ftqp.qp.solving`` accepts."""
 FIRST_WEIGHT, FALL, LEAST_WEIGHT = 1e-2, 0.1, 1e-6
 """The proximal weight begins at a share of the size of the objective and falls by a factor each step: a large
 one is well conditioned, a small one goes far. Of twelve choices this one let none of 1,018 QPs of

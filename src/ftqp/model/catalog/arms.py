@@ -15,10 +15,9 @@ from ftqp.kernel.layout.enums import JOINTS
 from ftqp.model.audit import note
 from ftqp.model.build import ROWS
 from ftqp.model.capsules import Capsule
-from ftqp.model.grafting import graft
 from ftqp.model.limits import JointLimits, joined
 from ftqp.model.robot import Robot
-from ftqp.model.serial import EARTH, Body, Inertial, placement, serial_model, symmetric
+from ftqp.model.serial import EARTH, Body, Inertial, graft, placement, serial_model, symmetric
 
 LEANS = {"x": (0.0, 90.0, 0.0), "y": (-90.0, 0.0, 0.0), "-y": (90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}
 """Roll, pitch, yaw [deg] that turn a z axis, about which a joint turns, into an axis of the stretched arm."""

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, as_number, frozen
+from ftqp.core.checks import FloatArray, as_number, frozen, numbers
 from ftqp.core.errors import InputError
 
 WIDTHS = (0.04, 0.06, 0.08, 0.12, 0.16, 0.24)
@@ -145,10 +145,7 @@ def _fitted(log: TorqueLog, width: float, gap: float, most: int) -> tuple[Pieces
 
 def _finite(where: str, name: str, value: Any, dimensions: int) -> FloatArray:
     """A read-only array of finite numbers."""
-    try:
-        result = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{name} of {where} is no array of numbers") from error
+    result = numbers(f"{name} of {where}", value)
     if result.ndim != dimensions:
         shape = "(K,)" if dimensions == 1 else "(K, nv)"
         raise InputError(f"{name} of {where} has shape {result.shape}, expected {shape}")

@@ -56,10 +56,7 @@ def compiled(source: Any, whole: bool = True) -> tuple[Any, str]:
 
 
 def is_off(model: Any, what: str) -> bool:
-    """Whether a flag of the file switches something off, for example ``GRAVITY``.
-
-    Older ones than MuJoCo 3.3.7 have one flag for springs and dampers.
-    """
+    """Whether a flag such as ``GRAVITY`` is off; before MuJoCo 3.3.7 springs and dampers have one."""
     bits = mujoco.mjtDisableBit
     bit = getattr(bits, f"mjDSBL_{what}", None) or bits.mjDSBL_PASSIVE
     return bool(model.opt.disableflags & int(bit))

@@ -209,11 +209,7 @@ def _label(of: Any, at: int) -> str:
 
 
 def _tree(mj: Any, names: Sequence[str], wanted: Sequence[str]) -> tuple[Any, list[int]]:
-    """The pinocchio model of all that hangs on the world, and the last joint before each body.
-
-    A joint's frame stands at its anchor and is turned, or moved, back by its ``ref``, so that positions are
-    those of MuJoCo.
-    """
+    """The pinocchio model of all on the world, with MuJoCo's positions, and the joint before each body."""
     model = pin.Model()
     model.gravity = pin.Motion(np.r_[np.zeros(3) if is_off(mj, "GRAVITY") else mj.opt.gravity, np.zeros(3)])
     bodies = _named(mj.body, mj.nbody, [f"body {b}" for b in range(mj.nbody)])
@@ -285,12 +281,7 @@ def _at_joints(mj: Any) -> Iterable[tuple[int, int]]:
 
 
 def _limits(mj: Any, j: int) -> dict[str, float]:
-    """Limits of a joint; its torque is what its own range and its actuators allow, whichever is less.
-
-    The range of an actuator's force counts, and that of its control where the force is in proportion to it,
-    as a ``motor``'s is; both times its gear. A joint that one of its actuators leaves without a limit has
-    none.
-    """
+    """Limits of a joint; its torque is the less of its range and of its actuators' forces or controls."""
     low, high = mj.jnt_range[j]
     if not mj.jnt_limited[j] and (low < high or low == high == 0.0):  # else it is one that MuJoCo ignores
         low, high = -np.inf, np.inf

@@ -23,10 +23,7 @@ READERS = {"robot": "from_urdf", "mujoco": "from_mjcf"}
 
 
 def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element, Path | None]:
-    """The XML of a robot, read as ROS and pinocchio read it.
-
-    A prefix need not be declared, a comment may have ``--`` in it, and the declaration need not come first.
-    """
+    """The XML of a robot as ROS and pinocchio read it: undeclared prefixes, ``--`` in comments."""
     text, path = _text_of(source, kind)
     label = f"{kind} {str(path)!r}" if path else f"the {kind} text"
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
@@ -77,10 +74,7 @@ def _blank(found: re.Match[str]) -> str:
 
 
 def _tree_of(text: str) -> ElementTree.Element:
-    """The root of the XML; names with a declared prefix are ``{namespace}name``, others stay as written.
-
-    The namespace of names without a prefix is left out, as ROS and pinocchio know of none.
-    """
+    """The root; names with a declared prefix are ``{namespace}name``, a default namespace is left out."""
     builder, parser = ElementTree.TreeBuilder(), expat.ParserCreate()
     parser.buffer_text = True
     scopes = [KNOWN]
@@ -123,11 +117,7 @@ def refuse_other_than_mesh(file: Path) -> None:
 
 
 def postures_beside(urdf: Path) -> dict[str, dict[str, float]]:
-    """The postures (``group_state``) of the SRDF of a URDF, positions by joint [rad or m].
-
-    It is looked for as ``NAME.srdf`` in the folder of ``NAME.urdf`` and in the folder ``srdf`` beside that. A
-    file that cannot be read names none, for nothing but a start depends on it.
-    """
+    """The postures [rad or m] of ``NAME.srdf`` beside a URDF or in ``../srdf``; none if unreadable."""
     name = f"{urdf.stem}.srdf"
     for file in (urdf.parent / name, urdf.parent.parent / "srdf" / name):
         if file.is_file():

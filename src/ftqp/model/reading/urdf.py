@@ -301,11 +301,7 @@ def _write_rotors(model: Any, root: Element, tree: Tree) -> None:
 
 
 def _limits(joint: Element) -> dict[str, float]:
-    """q_min, q_max, v_max, tau_max of a joint as written; NaN where one is missing or not a number.
-
-    a_max and j_max are among them where they are written; a_max is the smallest of what bounds accelerations.
-    The largest float is no limit.
-    """
+    """Limits of a joint as written, NaN where missing; a_max (the smallest) and j_max where they are."""
     if joint.get("type") == "continuous":
         low, high, default = -np.inf, np.inf, np.inf
     else:
@@ -326,10 +322,7 @@ def _limits(joint: Element) -> dict[str, float]:
 
 
 def _soft_limits(joint: Element) -> dict[str, float]:
-    """The ends of the range at which ROS controllers stop, by ``soft_min`` and ``soft_max``, where written.
-
-    Both 0, or crossed, are none: files have such for joints whose speed alone is controlled.
-    """
+    """The ends at which ROS controllers stop, where written; both 0, or crossed, are none."""
     written = {
         key: _number(_attribute(joint, "safety_controller", name))
         for key, name in (("soft_min", "soft_lower_limit"), ("soft_max", "soft_upper_limit"))

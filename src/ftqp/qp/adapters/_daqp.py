@@ -46,11 +46,7 @@ class DaqpSettings:
 
 
 class Daqp(Backend):
-    """DAQP's ``Model``, set up once.
-
-    Box first, then equalities (sense 5), then two-sided rows, as in the buffers. A bound whose sides meet
-    needs no flag of its own: DAQP notices equal bounds at every update.
-    """
+    """DAQP's ``Model``, set up once: box, equalities (sense 5), two-sided rows; it notices equal bounds."""
 
     package = "daqp"
     settings_type = DaqpSettings

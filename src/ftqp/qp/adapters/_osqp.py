@@ -55,10 +55,7 @@ class OsqpSettings:
 
 
 class Osqp(Backend):
-    """OSQP on a full pattern set up once, [I; A; C] and the upper triangle of H; later only values change.
-
-    Its own polishing is not used, because it writes to stdout when it finds nothing to polish.
-    """
+    """OSQP on a full pattern set up once, [I; A; C] and the upper H, without its own polishing."""
 
     package = "osqp"
     settings_type = OsqpSettings

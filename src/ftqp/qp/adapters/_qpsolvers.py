@@ -8,7 +8,7 @@ import numpy as np
 import qpsolvers
 from scipy.sparse import csc_matrix
 
-from ftqp.core.checks import positive
+from ftqp.core.checks import positive, whole_number
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 
@@ -124,7 +124,6 @@ def _translated(name: str, solver: str, given: Mapping[str, Any]) -> dict[str, A
         native.update(dict.fromkeys(dialect.tolerance, tolerance))
     if "max_iterations" in native:
         cap = native.pop("max_iterations")
-        if isinstance(cap, bool) or not isinstance(cap, int) or cap < 1:
-            raise InputError(f"{name}.max_iterations is {cap!r}, expected a whole number >= 1")
+        whole_number(f"{name}.max_iterations", cap, 1)
         native[dialect.max_iterations] = cap
     return native

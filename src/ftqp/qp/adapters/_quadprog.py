@@ -22,10 +22,7 @@ class QuadprogSettings:
 
 
 class Quadprog(Backend):
-    """quadprog on x'Cx >= b columns rebuilt every solve: equalities first, then each finite bound as one row.
-
-    Equal bounds become equalities, infinite ones vanish. Nothing is kept between calls: warm is cold.
-    """
+    """quadprog on x'Cx >= b rebuilt at every solve, so that warm is cold; equal bounds are equalities."""
 
     package = "quadprog"
     settings_type = QuadprogSettings

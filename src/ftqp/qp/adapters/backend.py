@@ -271,11 +271,7 @@ LARGEST_COUNT = 2**31 - 1
 
 
 def settings(kind: type[T], backend: str, given: Mapping[str, Any]) -> T:
-    """``given`` as a ``kind``, a dataclass whose types and defaults say what each field holds.
-
-    A bool takes true or false, an int a whole number >= 1, a float a number > 0, or >= 0 where the default is
-    0, and a ``Literal`` one of its words.
-    """
+    """``given`` as a dataclass: bools, ints >= 1, floats > 0 or, by default 0, >= 0, words."""
     known: dict[str, Any] = get_type_hints(kind)
     for name in given:
         if name == TIME_LIMIT and name not in known:

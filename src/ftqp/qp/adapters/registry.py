@@ -191,10 +191,7 @@ def _info(name: str, entry: _Entry) -> BackendInfo:
 
 @contextmanager
 def _steady_rounding() -> Iterator[None]:
-    """While this lasts, proxsuite is loaded in the build whose answers do not depend on addresses.
-
-    Where somebody has loaded another build before, it stays, and that is said once a use.
-    """
+    """Loads proxsuite whose answers do not depend on addresses; another that is there stays."""
     if PACKAGE in sys.modules:
         if any(sys.modules.get(build) is not None for build in FAST_BUILDS):
             _LOG.warning(

@@ -1,21 +1,18 @@
 """The discrete-time recurrent network (DTRNN) as a solver of its own: one QP with its trace, or thousands."""
 
 from dataclasses import dataclass, fields
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen
+from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen, numbers
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.workspace import solve_networks
 from ftqp.qp.adapters._dtrnn import Dtrnn, DtrnnSettings
 from ftqp.qp.adapters.backend import Claim, QPBuffers
 from ftqp.qp.adapters.backend import settings as settings_of
-from ftqp.qp.problem import QP, SYMMETRY_TOLERANCE, Solution, refuse_halves
+from ftqp.qp.problem import IN_ONE_PIECE, QP, SYMMETRY_TOLERANCE, Solution, refuse_halves
 from ftqp.qp.solving import checked, loaded
-
-IN_ONE_PIECE: Final = ("H", "g", "A", "C", "lb", "b", "l", "ub", "b", "u")
-"""The parts of a QP in the order of ``QPBuffers.flat``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -203,18 +200,18 @@ def _parts(
 ) -> tuple[FloatArray, tuple[int, int, int], int]:
     """All of a QP in one piece, as in ``QPBuffers.flat``, (B or 1, k), the sizes, and B."""
     refuse_halves(A, b, C, l, u)
-    H, g = _numbers("H", H), _numbers("g", g)
+    H, g = numbers("H", H), numbers("g", g)
     n = g.shape[-1] if g.ndim else 0
     if n == 0:
         raise InputError(f"g has shape {g.shape}, expected (n,) or (B, n) with n >= 1")
-    A = np.zeros((0, n)) if A is None else _numbers("A", A)
-    b = np.zeros(0) if b is None else _numbers("b", b)
-    C = np.zeros((0, n)) if C is None else _numbers("C", C)
+    A = np.zeros((0, n)) if A is None else numbers("A", A)
+    b = np.zeros(0) if b is None else numbers("b", b)
+    C = np.zeros((0, n)) if C is None else numbers("C", C)
     m, p = (b.shape[-1] if b.ndim else 0), (C.shape[-2] if C.ndim >= 2 else 0)
-    l = np.full(p, -np.inf) if l is None else _numbers("l", l)
-    u = np.full(p, np.inf) if u is None else _numbers("u", u)
-    lb = np.full(n, -np.inf) if lb is None else _numbers("lb", lb)
-    ub = np.full(n, np.inf) if ub is None else _numbers("ub", ub)
+    l = np.full(p, -np.inf) if l is None else numbers("l", l)
+    u = np.full(p, np.inf) if u is None else numbers("u", u)
+    lb = np.full(n, -np.inf) if lb is None else numbers("lb", lb)
+    ub = np.full(n, np.inf) if ub is None else numbers("ub", ub)
     given = dict(H=H, g=g, A=A, b=b, C=C, l=l, u=u, lb=lb, ub=ub)
     shapes = dict(H=(n, n), g=(n,), A=(m, n), b=(m,), C=(p, n), l=(p,), u=(p,), lb=(n,), ub=(n,))
     counts = {name: len(value) for name, value in given.items() if value.ndim == len(shapes[name]) + 1}
@@ -241,10 +238,3 @@ def _parts(
         for value in map(given.__getitem__, IN_ONE_PIECE)
     ]
     return np.concatenate(flat, axis=1), (n, m, p), count
-
-
-def _numbers(name: str, value: Any) -> FloatArray:
-    try:
-        return np.ascontiguousarray(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error

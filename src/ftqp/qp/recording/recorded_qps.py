@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self, final
 
 import numpy as np
 
-from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen, positive
+from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen, positive, whole_number
 from ftqp.core.errors import InputError
 from ftqp.core.npz import read_npz, write_npz
 from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
@@ -84,11 +84,7 @@ class Recording:
     metadata: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        """Check the parts against each other.
-
-        Raises:
-            InputError: A wrong shape or type, ticks that do not rise, or names that do not fit.
-        """
+        """Check the parts against each other."""
         for name in SHAPES:
             try:
                 value: Any = np.array(getattr(self, name), dtype=WHOLE.get(name, float), order="C")
@@ -273,11 +269,11 @@ class Recorder(Backend):
         if isinstance(self.inner, Recorder):
             raise InputError(f"{self.inner.name} records already; give the backend inside it")
         super().__init__(f"recorder:{self.inner.name}")
-        for name, value, least in (("every", every, 1), ("limit", limit, 1), ("first", first, 0)):
-            if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < least):
-                raise InputError(f"{name} is {value!r}, expected a whole number >= {least}")
-        if last is not None and (isinstance(last, bool) or not isinstance(last, int) or last < first):
-            raise InputError(f"last is {last!r}, expected a whole number >= first, {first}")
+        whole_number("every", every, 1)
+        whole_number("first", first, 0)
+        for name, value, least in (("limit", limit, 1), ("last", last, first)):
+            if value is not None:
+                whole_number(name, value, least)
         self._every, self._limit = every, limit
         self._first, self._last = first, last
         self._kept: deque[_Kept] = deque()

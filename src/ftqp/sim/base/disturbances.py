@@ -47,7 +47,6 @@ class Step(Disturbance):
         self._rate = np.inf if rate is None else positive("rate of the step", rate)
 
     def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
-        """The deviation at times t."""
         since = t - self._at
         if np.isinf(self._rate):
             return {self._name: np.where(since >= -1e-9, self._size, 0.0)}
@@ -72,17 +71,13 @@ class Sinusoid(Disturbance):
         self._phase = _number("phase", phase)
 
     def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
-        """The deviation at times t."""
         wave = np.sin(2.0 * np.pi * self._frequency * t + self._phase) - np.sin(self._phase)
         return {self._name: self._amplitude * wave}
 
 
 @final
 class RandomMotion(Disturbance):
-    """White noise through a first-order low-pass: x_k+1 = c x_k + sqrt(1 - c^2) rms w_k, c = exp(-2 pi f dt).
-
-    Exact for equal steps; starts at 0 and reaches its rms after about 1/f.
-    """
+    """Low-passed noise: x_k+1 = c x_k + sqrt(1 - c^2) rms w_k, c = exp(-2 pi f dt); starts at 0."""
 
     settings: ClassVar[Settings] = {
         "coordinate": COORDINATE,
@@ -134,5 +129,4 @@ class Recorded(Disturbance):
         return tuple(self._values)
 
     def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
-        """The deviation at times t."""
         return {name: np.interp(t, self._t, value) for name, value in self._values.items()}

@@ -48,7 +48,6 @@ class Platform(Base):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
         return ("track", "rotation", "tilt")
 
     def pose(self, eta: FloatArray) -> FloatArray:
@@ -70,11 +69,9 @@ class FreeBase(Base):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
         return ("x", "y", "z", "rx", "ry", "rz")
 
     def pose(self, eta: FloatArray) -> FloatArray:
-        """Poses at eta, (K, 6) [m, rad]."""
         from scipy.spatial.transform import Rotation  # slow to load, needed where the base moves
 
         poses = np.tile(np.eye(4), (len(eta), 1, 1))

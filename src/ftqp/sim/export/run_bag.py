@@ -13,17 +13,14 @@
   belief and truth of each joint, errors of soft tasks and distances of kept points by name.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import FtqpError
 from ftqp.core.pose import quaternions
 from ftqp.model.chain import Chain, ends_of
 from ftqp.model.robot import Robot
@@ -33,59 +30,10 @@ from ftqp.sim.log.log_rows import LogRows
 from ftqp.sim.log.signals import CONDITIONS, PLANES, TASKS
 from ftqp.sim.log.table_files import Told, silent, whole_folder
 
-Values = Callable[[Ticks], Any]
+Values = Callable[[Ticks], FloatArray]
 """Numbers of a field for some ticks, (K, count)."""
-REAL, WHOLE = 0x3FF000000000FFFF, 0x7F0000FF
-"""Marks: the low two bytes, or the lowest and the highest, are fixed, and 16 bits above count."""
-MOST = 0x7F00
-"""Numbers that can be left open in a message."""
-
-
-@final
-class Form:
-    """The open numbers of a message."""
-
-    def __init__(self) -> None:
-        self._open: list[tuple[bytes, str, Values]] = []
-        self._count = 0
-
-    def reals(self, count: int, values: Values) -> FloatArray:
-        """An array of float64 for a message, left open, (count,)."""
-        marks = np.array([REAL + (k << 16) for k in self._next(count)], dtype="<u8").view("<f8")
-        self._open.append((marks.tobytes(), "<f8", values))
-        return marks
-
-    def wholes(self, count: int, values: Values) -> NDArray[np.int32]:
-        """An array of int32 or uint32 for a message, left open, (count,)."""
-        marks = np.array([WHOLE + (k << 8) for k in self._next(count)], dtype="<u4").view("<i4")
-        self._open.append((marks.tobytes(), "<i4", values))
-        return marks
-
-    def real(self, values: Values) -> float:
-        """A float64 for a message, left open."""
-        return float(self.reals(1, values)[0])
-
-    def whole(self, values: Values) -> int:
-        """An int32 or uint32 for a message, left open."""
-        return int(self.wholes(1, values)[0])
-
-    def _next(self, count: int) -> range:
-        self._count += count
-        if self._count > MOST:
-            raise FtqpError(f"a message has more than {MOST} numbers, which is more than an arm has")
-        return range(self._count - count, self._count)
-
-    def filled(self, data: bytes, ticks: Ticks) -> NDArray[np.uint8]:
-        """The serialised messages of some ticks, (K, size)."""
-        result = np.tile(np.frombuffer(data, dtype=np.uint8), (len(ticks.block), 1))
-        for marks, kind, values in self._open:
-            if data.count(marks) != 1:
-                raise FtqpError("a number of a message was not serialised as it should be")
-            numbers = np.asarray(values(ticks))
-            at = data.index(marks)
-            put = np.ascontiguousarray(numbers.astype(kind)).view(np.uint8)
-            result[:, at : at + len(marks)] = put.reshape(len(result), -1)
-        return result
+Messages = Callable[[Ticks], Iterable[Any]]
+"""The messages of a topic for some ticks, one each."""
 
 
 def joint_poses(chain: Chain, i: int, q: FloatArray) -> FloatArray:
@@ -104,11 +52,6 @@ def joint_poses(chain: Chain, i: int, q: FloatArray) -> FloatArray:
     result[:, 3], result[:, 4] = x * c + y * s, y * c - x * s
     result[:, 5], result[:, 6] = z * c + w * s, w * c - z * s
     return result
-
-
-def fixed_pose(rotation: FloatArray, translation: FloatArray) -> FloatArray:
-    """Position and unit quaternion x, y, z, w, (7,) [m], of a rotation (3, 3) and a translation (3,)."""
-    return np.concatenate([translation, quaternions(rotation[None])[0]])
 
 
 WORLD = "world"
@@ -141,29 +84,17 @@ def step_definition() -> str:
 
 
 @final
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Topic:
-    """A topic with a message a tick."""
-
-    number: int  # Of the bag
-    form: Form  # The open numbers of its message
-    data: bytes  # The message, serialised
-
-
-@final
 class Topics:
-    """The topics of a run with a message a tick."""
+    """The topics of a run with a message a tick, each with its number."""
 
     def __init__(self, bag: RosBag, ticks: Ticks, robot: Robot | None, dt: float, level: str) -> None:
-        self._bag, self._ticks = bag, ticks
-        self.all: list[Topic] = []
+        self._bag, self._make, self._ticks = bag, bag.message, ticks
+        self.all: list[tuple[int, Messages]] = []
         measured = ("tau_measured",) if "tau_measured" in ticks else ()
-        self._joints("/joint_states", _signals("q"), _signals("v"), *map(_signals, measured))
+        self._joints("/joint_states", *map(_signals, ("q", "v", *measured)))
         sent = _signals("q_command"), _signals("v_command")
         self._joints(
-            "/joint_command",
-            *(sent if "q_command" in ticks else _integrated(dt, level)),
-            _signals("tau"),
+            "/joint_command", *(sent if "q_command" in ticks else _integrated(dt, level)), _signals("tau")
         )
         for topic, group in (("/joint_measured", "measured"), ("/joint_reference", "reference")):
             if f"q_{group}" in ticks:
@@ -172,87 +103,92 @@ class Topics:
         self._pose("/tip", "tip")
         if robot is not None:
             self._frames(robot)
-        self._step()
+        self._add("/ftqp/step", STEP, self._steps)
 
-    def _add(self, name: str, form: Form, message: Any) -> None:
-        number = self._bag.topic(name, message.__msgtype__)
-        self.all.append(Topic(number=number, form=form, data=self._bag.serialised(message)))
+    def _add(self, name: str, kind: str, messages: Messages) -> None:
+        self.all.append((self._bag.topic(name, kind), messages))
 
-    def _header(self, form: Form, frame: str = "") -> Any:
-        stamp = self._bag.message(
-            "builtin_interfaces/msg/Time",
-            sec=form.whole(lambda ticks: ticks.stamps[:, :1]),
-            nanosec=form.whole(lambda ticks: ticks.stamps[:, 1:]),
-        )
-        return self._bag.message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+    def _header(self, stamp: Any, frame: str = "") -> Any:
+        time = self._make("builtin_interfaces/msg/Time", sec=int(stamp[0]), nanosec=int(stamp[1]))
+        return self._make("std_msgs/msg/Header", stamp=time, frame_id=frame)
 
-    def _joints(self, name: str, position: Values, velocity: Values, effort: Values | None = None) -> None:
-        form, n = Form(), len(self._ticks.joints)
-        message = self._bag.message(
-            "sensor_msgs/msg/JointState",
-            header=self._header(form),
-            name=list(self._ticks.joints),
-            position=form.reals(n, position),
-            velocity=form.reals(n, velocity),
-            effort=np.empty(0) if effort is None else form.reals(n, effort),
-        )
-        self._add(name, form, message)
+    def _joints(self, name: str, *values: Values) -> None:
+        """Positions, velocities and, where they are given, efforts."""
+        kind, joints, none = "sensor_msgs/msg/JointState", list(self._ticks.joints), np.empty(0)
+
+        def messages(ticks: Ticks) -> Iterable[Any]:
+            for stamp, q, v, *tau in zip(ticks.stamps, *(each(ticks) for each in values), strict=True):
+                header, effort = self._header(stamp), tau[0] if tau else none
+                yield self._make(kind, header=header, name=joints, position=q, velocity=v, effort=effort)
+
+        self._add(name, kind, messages)
+
+    def _turn(self, at: FloatArray) -> Any:
+        return self._make("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", at[3:].tolist(), strict=True)))
+
+    def _place(self, kind: str, at: FloatArray) -> Any:
+        return self._make(f"geometry_msgs/msg/{kind}", **dict(zip("xyz", at[:3].tolist(), strict=True)))
 
     def _pose(self, name: str, group: str) -> None:
         """A pose, in the inertial frame where the base moves."""
-        form, make = Form(), self._bag.message
-        at = [form.real(_signals(group, k)) for k in range(7)]
-        pose = make(
-            "geometry_msgs/msg/Pose",
-            position=make("geometry_msgs/msg/Point", x=at[0], y=at[1], z=at[2]),
-            orientation=make("geometry_msgs/msg/Quaternion", x=at[3], y=at[4], z=at[5], w=at[6]),
-        )
-        frame = WORLD if "base" in self._ticks else BASE
-        header = self._header(form, frame)
-        self._add(name, form, make("geometry_msgs/msg/PoseStamped", header=header, pose=pose))
+        kind, frame = "geometry_msgs/msg/PoseStamped", WORLD if "base" in self._ticks else BASE
+
+        def messages(ticks: Ticks) -> Iterable[Any]:
+            for stamp, at in zip(ticks.stamps, ticks[group], strict=True):
+                pose = self._make(
+                    "geometry_msgs/msg/Pose", position=self._place("Point", at), orientation=self._turn(at)
+                )
+                yield self._make(kind, header=self._header(stamp, frame), pose=pose)
+
+        self._add(name, kind, messages)
 
     def _frames(self, robot: Robot) -> None:
-        form, chain, links = Form(), robot.chain, link_names(robot.joints, robot.tips)
-        frames = []
+        chain, links = robot.chain, link_names(robot.joints, robot.tips)
+        frames: list[tuple[str, str, Values]] = []
         if "base" in self._ticks:
-            frames.append(self._frame(form, WORLD, BASE, lambda ticks: ticks["base"]))
+            frames.append((WORLD, BASE, _signals("base")))
         for i in range(robot.nv):
-            frames.append(self._frame(form, links[chain.parent[i] + 1], links[i + 1], _joint(chain, i)))
+            frames.append((links[chain.parent[i] + 1], links[i + 1], _joint(chain, i)))
         for link, (body, *end) in zip(links[robot.nv + 1 :], ends_of(robot.model, robot.tips), strict=True):
-            frames.append(self._frame(form, links[body + 1], link, _fixed(*end)))
-        self._add("/tf", form, self._bag.message("tf2_msgs/msg/TFMessage", transforms=frames))
+            frames.append((links[body + 1], link, _fixed(*end)))
 
-    def _frame(self, form: Form, parent: str, child: str, pose: Values) -> Any:
-        make = self._bag.message
-        at = [form.real(_part(pose, k)) for k in range(7)]
-        return make(
-            "geometry_msgs/msg/TransformStamped",
-            header=self._header(form, parent),
-            child_frame_id=child,
-            transform=make(
-                "geometry_msgs/msg/Transform",
-                translation=make("geometry_msgs/msg/Vector3", x=at[0], y=at[1], z=at[2]),
-                rotation=make("geometry_msgs/msg/Quaternion", x=at[3], y=at[4], z=at[5], w=at[6]),
-            ),
-        )
+        def messages(ticks: Ticks) -> Iterable[Any]:
+            for stamp, *every in zip(ticks.stamps, *(pose(ticks) for *_, pose in frames), strict=True):
+                transforms = [
+                    self._make(
+                        "geometry_msgs/msg/TransformStamped",
+                        header=self._header(stamp, parent),
+                        child_frame_id=child,
+                        transform=self._make(
+                            "geometry_msgs/msg/Transform",
+                            translation=self._place("Vector3", at),
+                            rotation=self._turn(at),
+                        ),
+                    )
+                    for (parent, child, _), at in zip(frames, every, strict=True)
+                ]
+                yield self._make("tf2_msgs/msg/TFMessage", transforms=transforms)
 
-    def _step(self) -> None:
-        form, n = Form(), len(self._ticks.joints)
-        fields: dict[str, Any] = {name: form.real(_signals(name)) for name in _REALS}
-        fields |= {name: form.whole(_signals(name)) for name in _WHOLES}
-        fields |= {name: form.reals(n, _signals(group)) for name, group in _JOINTS.items()}
-        fields |= {name: form.wholes(n, _signals(name)) for name in _CODES}
-        for group, whose in _FURTHER.items():
-            names = self._ticks.names(group)
-            fields[f"{whose}_name"] = names
-            fields[group] = form.reals(len(names), _signals(group)) if names else np.empty(0)
-        fields |= {"header": self._header(form), "name": list(self._ticks.joints)}
-        self._add("/ftqp/step", form, self._bag.message(STEP, **fields))
+        self._add("/tf", "tf2_msgs/msg/TFMessage", messages)
+
+    def _steps(self, ticks: Ticks) -> Iterable[Any]:
+        """The numbers of a step; arrays of what a run does not have are empty."""
+        shared: dict[str, Any] = {f"{whose}_name": ticks.names(group) for group, whose in _FURTHER.items()}
+        shared["name"] = list(ticks.joints)
+        groups = {name: name for name in (*_REALS, *_WHOLES, *_CODES, *_FURTHER)} | _JOINTS
+        columns = {name: ticks[group] for name, group in groups.items() if group in ticks}
+        columns |= {name: np.empty((len(ticks.block), 0)) for name in _FURTHER if name not in ticks}
+        for k, stamp in enumerate(ticks.stamps):
+            row = {name: column[k] for name, column in columns.items()}
+            row |= {name: float(row[name][0]) for name in _REALS}
+            row |= {name: int(row[name][0]) for name in _WHOLES}
+            row |= {name: row[name].astype(np.int32) for name in _CODES}
+            yield self._make(STEP, header=self._header(stamp), **shared, **row)
 
 
-def _signals(group: str, k: int | None = None) -> Values:
-    """All signals of a group, or one of them."""
-    return lambda ticks: ticks[group] if k is None else ticks[group][:, k : k + 1]
+def _signals(group: str) -> Values:
+    """All signals of a group."""
+    return lambda ticks: ticks[group]
 
 
 def _joint(chain: Chain, i: int) -> Values:
@@ -261,14 +197,9 @@ def _joint(chain: Chain, i: int) -> Values:
 
 
 def _fixed(rotation: FloatArray, translation: FloatArray) -> Values:
-    """The same pose at every tick."""
-    pose = fixed_pose(rotation, translation)
+    """The same pose at every tick: position and unit quaternion x, y, z, w [m]."""
+    pose = np.concatenate([translation, quaternions(rotation[None])[0]])
     return lambda ticks: np.tile(pose, (len(ticks.block), 1))
-
-
-def _part(values: Values, k: int) -> Values:
-    """One of several numbers."""
-    return lambda ticks: values(ticks)[:, k : k + 1]
 
 
 def _integrated(dt: float, level: str) -> tuple[Values, Values]:
@@ -291,10 +222,7 @@ TEXT = "std_msgs/msg/String"
 
 
 def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, notify: Told = silent) -> int:
-    """All ticks of a run in a new bag, a folder with ``metadata.yaml`` and an MCAP file.
-
-    Topics are those of the list above; those of a robot are there where one is given.
-    """
+    """All ticks of a run in a new bag, a folder; how many messages it has. ``/tf`` needs the robot."""
     ticks, about, sent = Ticks(rows), rows.metadata, 0
     with whole_folder(folder) as part, RosBag(part, {STEP: step_definition()}) as bag:
         topics = Topics(bag, ticks, robot, float(about["dt"]), about["level"]).all
@@ -308,14 +236,14 @@ def write_bag(rows: LogRows, folder: str | Path, robot: Robot | None = None, not
                 text = bag.message(TEXT, data=robot.to_urdf())
                 bag.write(description, times[0], bag.serialised(text))
                 description, sent = None, sent + 1
-            messages = [(topic.number, topic.form.filled(topic.data, now)) for topic in topics]
-            for k, (time, code) in enumerate(zip(times, codes, strict=True)):
+            messages = zip(*(make(now) for _, make in topics), strict=True)
+            for time, code, every in zip(times, codes, messages, strict=True):
                 if code != last:
                     text = bag.message(TEXT, data=_sentence(code))
                     bag.write(statuses, time, bag.serialised(text))
                     last, sent = code, sent + 1
-                for number, data in messages:
-                    bag.write(number, time, data[k].tobytes())
+                for (number, _), message in zip(topics, every, strict=True):
+                    bag.write(number, time, bag.serialised(message))
             done += len(block)
             sent += len(block) * len(topics)
             notify(done / rows.count)

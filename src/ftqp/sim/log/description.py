@@ -16,10 +16,9 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import row_labels, variable_labels
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.scene.solid_shapes import WORDS, Hull
-from ftqp.control.task.keep import BOX, CONE, Keep, TorqueLimits
+from ftqp.control.task.keep import BOX, CONE, KINDS, Keep, TorqueLimits
 from ftqp.control.task.own_task import LeastSquares, OwnConstraint, OwnTask
 from ftqp.control.task.soft_tasks import FIRST, PositionTask
-from ftqp.control.task.task_kinds import KINDS
 from ftqp.core.checks import FloatArray
 from ftqp.model.chain import Skeleton
 from ftqp.model.frames import mount_of
@@ -79,8 +78,9 @@ def further_about(planner: Planner, q: FloatArray | None = None) -> dict[str, An
     result: dict[str, Any] = {}
     if planner.tasks:
         measures = FurtherMeasures(planner)
+        units = {one.name: one.unit for one in measures.columns}
         own: dict[str, dict[str, Any]] = {
-            one.name: {"unit": one.unit} for one in measures.all if one.group == TASKS
+            name: {"unit": units[signal]} for name in planner.tasks if (signal := f"{TASKS}.{name}") in units
         }
         for name, place in measures.places(planner.view().command.q if q is None else q).items():
             own[name]["place"] = place.tolist()
@@ -170,10 +170,7 @@ def _surroundings(planner: Planner) -> dict[str, Any]:
 
 
 def _mounted(robot: Robot, task: RunningTask) -> dict[str, Any]:
-    """Of a task that OK is a claim about, by which joints its frames move, and its target as it is now.
-
-    ``at_zero`` is the pose of the frame, or of its point, while all joints are at 0, in the base frame.
-    """
+    """Of a task that OK claims: the joints of its frames, their poses with joints at 0, its target now."""
     given, found = task.given, dict[str, Any]()
     meant = given.counts or (given.level == FIRST and given.required is None)
     if not meant or isinstance(given, OwnTask):

@@ -52,14 +52,7 @@ class Log:
     def of_table(
         cls, path: Path | None, table: FloatArray, columns: Sequence[Column], metadata: Mapping[str, Any]
     ) -> Self:
-        """The log of a table of numbers; a signal of whole numbers becomes one of integers.
-
-        Args:
-            path: the file it was read from, or None.
-            table: one row a tick, (K, columns).
-            columns: the signals, in the order of a row.
-            metadata: what the run was about.
-        """
+        """The log of a table, one row a tick, (K, columns); a signal of whole numbers is of integers."""
         signals: dict[str, NDArray[Any]] = {}
         for index, column in enumerate(columns):
             signal = np.ascontiguousarray(
@@ -214,11 +207,9 @@ class MemoryRows(RowSink):
         self._chunks: dict[int, FloatArray] = {}
 
     def write(self, first: int, rows: FloatArray) -> None:
-        """Keep a copy of rows, (K, columns)."""
         self._chunks[first] = rows.copy()
 
     def annotate(self, metadata: Mapping[str, Any]) -> None:
-        """Add or replace metadata."""
         self._metadata |= metadata
 
     def close(self) -> None:

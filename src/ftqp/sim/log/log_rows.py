@@ -63,6 +63,11 @@ class LogRows:
         """The rows from ``first`` on in blocks (K, columns) of float64, to be read as often as one likes."""
         return self.read(first)
 
+    @property
+    def end(self) -> float:
+        """The time of the last row [s]; 0 where there is none."""
+        return float(next(self.blocks(self.count - 1))[0, self.groups()["t"][0]]) if self.count else 0.0
+
     def groups(self) -> dict[str, list[int]]:
         """Places in a row of the signals that have the same part before the first dot, by that part."""
         found: dict[str, list[int]] = {}

@@ -77,7 +77,6 @@ class LogWriter(RowSink):
         self._put(0, header)
 
     def annotate(self, metadata: Mapping[str, Any]) -> None:
-        """Add or replace metadata."""
         self._about["metadata"] |= metadata
         self._about["checksum"] = checksum(self._about)
         file = beside(self.path)
@@ -105,7 +104,6 @@ class LogWriter(RowSink):
             raise FtqpError(f"log file {self.path} cannot be written: {error}") from error
 
     def close(self) -> None:
-        """Let go of the file."""
         self._file.close()
 
     def __enter__(self) -> Self:
@@ -174,11 +172,9 @@ class PartedLog(RowSink):
         self._begin, self._number = first, number
 
     def annotate(self, metadata: Mapping[str, Any]) -> None:
-        """Add or replace metadata of the newest part."""
         self._writer.annotate(metadata)
 
     def close(self) -> None:
-        """Let go of the file."""
         self._writer.close()
 
 

@@ -187,10 +187,7 @@ class Motion:
 
 @final
 class Following:
-    """What was sent for a tick minus where the joint truly was then [rad or m].
-
-    It is 0 at the first tick, before anything was sent, and NaN for a joint that does not work.
-    """
+    """What was sent for a tick minus where the joint then was; 0 at the first, NaN of one that fails."""
 
     def __init__(self) -> None:
         self._sent: FloatArray | None = None
@@ -488,12 +485,10 @@ class TalliedRows(RowSink):
             self._tally = tally
 
     def annotate(self, metadata: Mapping[str, Any]) -> None:
-        """Add or replace metadata."""
         self._sink.annotate(metadata)
         self._metadata |= metadata
 
     def close(self) -> None:
-        """Let go of the file."""
         self._sink.close()
 
     def facts(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,20 +164,6 @@ ROTATION: Final = " rotation"
 """What stands behind the name of a task of a pose where its angle is meant."""
 FACTS: Final = {TASKS: "tasks", PLANES: "constraints", BODIES: "scene"}
 """Where the metadata of a log list what a group is of."""
-
-
-class Measured(NamedTuple):
-    """A number that is measured of a soft task or a kept point."""
-
-    group: str  # ``task_error``, ``distance`` or ``clearance``
-    name: str  # Of the task, of the kept point, or of what stands around the arm
-    unit: str  # Its unit
-    about: str  # Its sentence
-
-
-def further_columns(measured: Iterable[Measured]) -> tuple[Column, ...]:
-    """The columns that soft tasks and kept points add, in their order."""
-    return tuple(Column(f"{one.group}.{one.name}", one.unit, one.about) for one in measured)
 
 
 def names_in(rows: Container[str], about: Mapping[str, Any], group: str) -> list[str]:

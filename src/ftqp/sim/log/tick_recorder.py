@@ -15,16 +15,7 @@ from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.leader import Leader
 from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, SENSED, TASK_ROWS, RawLayout, table
-from ftqp.sim.log.signals import (
-    HEALTHY,
-    PATH_CODES,
-    QP_CODES,
-    Column,
-    base_columns,
-    columns,
-    further_columns,
-    sensed_columns,
-)
+from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES, Column, base_columns, columns, sensed_columns
 from ftqp.sim.plants.plant import Arm
 
 UNMEASURED = (np.nan,) * len(MEASURES)
@@ -41,7 +32,7 @@ def signals_of(planner: Planner, leader: Leader, sensed: Sequence[str]) -> tuple
         *columns(joints, slides, planner.level),
         *(() if world is None else base_columns(world.base.coordinates)),
         *sensed_columns(sensed, joints, slides),
-        *further_columns(FurtherMeasures(planner).all),
+        *FurtherMeasures(planner).columns,
     )
 
 

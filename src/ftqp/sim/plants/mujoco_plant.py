@@ -13,11 +13,10 @@ from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.followers import coupled_places, is_led
 from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
-from ftqp.sim.plants.gain_servo import GainServo
-from ftqp.sim.plants.hidden_faults import HiddenFault, Jammed, Misread, Runaway, Weakened
-from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.joint_servo import GainServo, JointServo
 from ftqp.sim.plants.physics import Geom, Physics, quaternion
 from ftqp.sim.plants.plant import Command, Motors, Plant
+from ftqp.sim.plants.troubled_plant import HiddenFault, Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.true_arm import TrueArm
 
 CREEP = 1e-4

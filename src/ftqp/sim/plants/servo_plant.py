@@ -102,7 +102,6 @@ class ServoPlant(Plant):
         self._set[:] = self._q
 
     def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` stands."""
         i = self._leader(fault.joint)
         match fault:
             case Locked():

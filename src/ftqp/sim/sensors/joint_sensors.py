@@ -77,7 +77,6 @@ class Frozen(SensorFault):
     kind: ClassVar[str] = "frozen"
 
     def spoil(self, reading: Reading, joints: slice) -> None:
-        """Repeat the sample before."""
         reading.q[joints], reading.v[joints] = reading.last_q[joints], reading.last_v[joints]
 
 
@@ -88,7 +87,6 @@ class Dropped(SensorFault):
     kind: ClassVar[str] = "dropped"
 
     def spoil(self, reading: Reading, joints: slice) -> None:
-        """Put NaN."""
         reading.q[joints] = reading.v[joints] = np.nan
 
 
@@ -107,7 +105,6 @@ class Offset(SensorFault):
     speed: float = setting(0.0, unit="rad/s or m/s")
 
     def spoil(self, reading: Reading, joints: slice) -> None:
-        """Add the constants."""
         reading.q[joints] += self.size
         reading.v[joints] += self.speed
 
@@ -125,7 +122,6 @@ class Drifting(SensorFault):
     rate: float = setting(0.0, unit="rad/s or m/s")
 
     def spoil(self, reading: Reading, joints: slice) -> None:
-        """Add what has drifted so far, and its rate."""
         reading.q[joints] += self.rate * (reading.number + 1) * reading.dt
         reading.v[joints] += self.rate
 
@@ -151,7 +147,6 @@ class Scattered(SensorFault):
             raise InputError(f"share is {self.share!r}, expected a share of the samples in [0, 1]")
 
     def spoil(self, reading: Reading, joints: slice) -> None:
-        """Throw dice for each joint."""
         count = len(reading.q[joints])
         wrong = reading.generator.random(count) < self.share
         reading.q[joints] += np.where(wrong, self.size * reading.generator.standard_normal(count), 0.0)

@@ -168,11 +168,7 @@ class DrawnArm:
         self, *, q: FloatArray, v: FloatArray, truth: IntArray, belief: IntArray, target: FloatArray,
         base: FloatArray | None = None, status: int = 0, path_status: int = 0, **given: Any,
     ) -> Frame:  # fmt: skip
-        """The picture of one tick: what a log keeps of it, and what follows from that.
-
-        Target and base, of an arm that moves with it, are positions and quaternions x, y, z, w, (7,), both
-        codes those of the log's columns, and all else is what a `Frame` has.
-        """
+        """The picture of a tick, by codes of a log; target and base are positions and quaternions, (7,)."""
         joints = self.joints(q)
         axes, rotation = self._ellipsoid(~(np.isin(truth, _BROKEN) | np.isin(belief, _BROKEN)))
         off = q - self._middle

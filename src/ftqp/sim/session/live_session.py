@@ -40,11 +40,7 @@ ROUNDING = 1e-6
 
 @final
 class Session:
-    """An arm that goes along its path without end while joints are broken and repaired.
-
-    It is stepped by one thread; commands may come from any. Whatever the world does, nothing is raised: the
-    frame says in words what has happened, and ``Reset`` begins anew.
-    """
+    """An arm on its path without end, stepped by one thread; it raises nothing, and says it in the frame."""
 
     def __init__(self, arms_of: ArmsOf, choice: Choice) -> None:
         self._arms_of, self.choice = arms_of, choice

@@ -67,11 +67,7 @@ class Seek:
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """Take another arm, scenario, scheme or solver by its name, and begin anew; None keeps what there is.
-
-    A scenario, also by its path, takes the place of all earlier choices. ``box`` says whether a box stands
-    beside the path, which the arm keeps clear of.
-    """
+    """Take another arm, scheme, solver, or a box, by name; a scenario takes the place of earlier choices."""
 
     robot: str | None = None
     scenario: str | None = None
@@ -111,10 +107,7 @@ class TakeWay:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Put the target of a soft task, or what stands around, by name, to (3,) in the base's frame [m].
-
-    It stays there until ``Reset``.
-    """
+    """Put the target of a task, or what stands around, to (3,) in the base's frame [m], until ``Reset``."""
 
     name: str
     position: FloatArray

@@ -31,9 +31,8 @@ def facts_at(planner: Planner, measures: FurtherMeasures, q: FloatArray) -> tupl
     """Soft tasks, kept points and things around at a posture, (nv,)."""
     if not len(measures) or not np.isfinite(q).all():
         return ()
-    values = zip(measures.all, measures.at(q).tolist(), strict=True)
-    named = {f"{one.group}.{one.name}": value for one, value in values}
-    return further_facts(further_about(planner, q), named)
+    names = [one.name for one in measures.columns]
+    return further_facts(further_about(planner, q), dict(zip(names, measures.at(q).tolist(), strict=True)))
 
 
 @final
@@ -84,11 +83,7 @@ class WatchedArm:
         self._player.planner.report(fault)
 
     def repair(self, joint: str) -> None:
-        """Let a joint work again, and the planner know it.
-
-        A planner that did not know of the fault, or that has stopped, is put to where the arm is, and the
-        arm goes back to where its path begins: a drive is switched on at the joint's own position.
-        """
+        """Let a joint work again; a planner that did not know or has stopped begins where the arm is."""
         planner, plant, leader = self._player.planner, self._player.plant, self._player.leader
         plant.repair(joint)
         planner.withdraw(joint)

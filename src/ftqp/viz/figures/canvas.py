@@ -116,10 +116,7 @@ def few_ticks(axes: Axes, x: int = 6, y: int = 5) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path.
-
-    The canvas writes it: ``savefig`` would draw all of it once more, to find the margins that it has anyway.
-    """
+    """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path."""
     part, vector = Path(path).with_suffix(".part"), Path(path).suffix == ".svg"
     canvas: Any = FigureCanvasSVG(figure) if vector else FigureCanvasAgg(figure)
     try:

@@ -194,10 +194,7 @@ POSTURES = 3
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rival:
-    """A controller beside that of a run, on the same arm and path, at the instants of the run.
-
-    Its joints are q, (K, nv) [rad or m], its tip (K, 3) [m], and off its target by the error, (K,) [m].
-    """
+    """A controller beside that of a run: joints (K, nv) [rad or m], tip (K, 3) [m] and its error (K,) [m]."""
 
     name: str
     q: FloatArray

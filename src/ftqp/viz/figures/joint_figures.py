@@ -1,7 +1,4 @@
-"""Positions, velocities, torques and distances from what was sent, one panel a joint.
-
-A panel is scaled to what moves; a bar beside it shows how much of the joint's limits that takes.
-"""
+"""Positions, velocities, torques, distances from what was sent: a panel a joint, a bar for its limits."""
 
 from collections.abc import Sequence
 from math import ceil

@@ -11,7 +11,7 @@ from ftqp.core.pose import rotation_to
 from ftqp.sim.session.frame import FurtherFact, Solid
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import wxyz
-from ftqp.viz.live.shapes import Mesh, ball, box, capsule, cylinder, hull, joined
+from ftqp.viz.live.meshes import Mesh, ball, box, capsule, cylinder, hull, joined
 
 MARK, WIDE, THIN, ARROW = 0.018, 0.6, 0.002, 0.12
 """Radius of a mark, width and thickness of a plane, length of its arrow, as shares of the arm's size."""
@@ -36,11 +36,7 @@ Add = Callable[[str, Mesh, colours.Colour, float | None], Any]
 
 @final
 class FurtherNodes:
-    """The nodes of soft tasks, planes and boxes; a cone is only in the table.
-
-    What the first frame has, later ones have, too. Planes are drawn near the middle of the arm, (3,) [m], and
-    everything by its size [m].
-    """
+    """The nodes of soft tasks, boxes, and planes near the middle of the arm; a cone is only in the table."""
 
     def __init__(
         self, shown: Sequence[FurtherFact], middle: FloatArray, size: float, mesh: Add, label: Any

@@ -74,10 +74,7 @@ THREAD = 0.003
 
 @final
 class GhostNodes:
-    """The nodes of the ways out of one scene, made anew whenever others are found.
-
-    ``draw`` draws the arm at poses of its joints: of a name, a ghost, a colour and an opacity, the meshes.
-    """
+    """The nodes of the ways out of one scene, made anew whenever others are found; ``draw`` draws an arm."""
 
     def __init__(
         self,

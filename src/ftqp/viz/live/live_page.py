@@ -7,10 +7,10 @@ from typing import Any, Self, final
 
 from ftqp.model.robot import Robot
 from ftqp.sim.session.frame import Frame
+from ftqp.viz.live.meshes import Part, arm_parts
 from ftqp.viz.live.panel import Panel
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.server import LOOPBACK, close_server, open_server
-from ftqp.viz.live.shapes import Part, arm_parts
 from ftqp.viz.live.stage import Source, Stage
 
 PICTURES = 30.0

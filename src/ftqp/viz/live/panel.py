@@ -12,11 +12,9 @@ from ftqp.sim.session.session_commands import TELLS, Command
 from ftqp.viz.live.colours import legend
 from ftqp.viz.live.further_nodes import further_table
 from ftqp.viz.live.ghosts import WaysTab
-from ftqp.viz.live.heat_map import FailureMap
-from ftqp.viz.live.plots import History, Plots
+from ftqp.viz.live.plots import FailureMap, History, Plots, joint_table, status_head
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.stage import Stage
-from ftqp.viz.live.status_head import joint_table, status_head
 
 ACTIONS = {kind.button: name for name, kind in KINDS.items()}
 """Words on the buttons of a joint, and the kinds of fault that they make; the last button repairs."""

@@ -1,15 +1,19 @@
-"""Plots and the ribbon beside the scene, and the last seconds of what a page has shown, which they are of."""
+"""The head, the plots and the ribbon of a page, and the last seconds that they are of."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
-from itertools import groupby
+from itertools import groupby, pairwise
+from json import dumps
 from typing import Any, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.sim.session.frame import Frame
+from ftqp.sim.session.session_commands import Command, Play
 from ftqp.viz.live import colours
+from ftqp.viz.live.stage import HeatMap
 
 SAMPLES = 150
 """Samples that are kept."""
@@ -179,3 +183,182 @@ def _times(history: History) -> tuple[FloatArray, ...]:
     """Times, the time of a step, its median and what one in a thousand exceeds."""
     median, slow = (np.full(SAMPLES, history.step_quantile(share)) for share in (0.5, 0.999))
     return history.ago, history.step_time.copy(), median, slow
+
+
+_FONT = "font:13px/1.45 system-ui,sans-serif;color:#222"
+
+
+def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) -> str:
+    """Status, sentence, time, errors, what has failed, the last refusal, and the ribbon."""
+    light = colours.hexadecimal(colours.STATUS.get(frame.status, colours.UNKNOWN))
+    time = "paused" if frame.paused else f"{_short(frame.pace)} × real time"
+    facts = [f"{frame.t:.1f} s, {time}", f"error <b>{_length(frame.position_error)}</b>"]
+    if frame.rival is not None and frame.truth.any():
+        colour = colours.hexadecimal(colours.RIVAL)
+        how = "reported" if frame.rival.reported else "not reported"
+        facts.append(
+            f'<span style="color:{colour}">resolved rates, {how}: <b>{_length(frame.rival.error)}</b></span>'
+        )
+    note = f'<div style="color:#8a4b00">{escape(frame.message)}</div>' if frame.message else ""
+    return (
+        f'<div id="ftqp-status" data-status="{escape(frame.status, quote=True)}" '
+        f'data-faults="{_listed(frame.truth, joints)}" data-belief="{_listed(frame.belief, joints)}" '
+        f'data-tick="{frame.tick}" data-stage="{frame.stage}" data-paused="{str(frame.paused).lower()}" '
+        f'style="{_FONT};padding:2px 10px">'
+        f'<div style="color:#666">{escape(title)}</div>'
+        f'<div style="font-size:17px;font-weight:600"><span style="display:inline-block;width:12px;'
+        f'height:12px;border-radius:50%;background:{light};margin-right:7px"></span>{escape(frame.status)}</div>'
+        f'<div style="min-height:37px">{escape(frame.sentence)}</div>'
+        f"<div>{'<br>'.join(facts)}</div>{note}"
+        f'<div style="margin-top:4px">{ribbon}</div>'
+        '<div style="color:#888;font-size:11px">status of the last 10 s</div></div>'
+    )
+
+
+def joint_table(frame: Frame, joints: Sequence[str]) -> str:
+    """What each joint really is, and what the planner believes of it."""
+    rows = "".join(
+        f'<tr><td style="padding:0 8px 0 0">{escape(name)}</td>'
+        f"{_cell(int(frame.truth[i]), bool(frame.braking[i]))}{_cell(int(frame.belief[i]), False)}</tr>"
+        for i, name in enumerate(joints)
+    )
+    head = '<tr style="color:#666;text-align:left"><th></th><th>really</th><th>planner believes</th></tr>'
+    return (
+        f'<div style="{_FONT};padding:0 10px"><table id="ftqp-joints" style="border-collapse:collapse;'
+        f'font-size:12px;line-height:1.3;width:100%">{head}{rows}</table></div>'
+    )
+
+
+def _cell(code: int, braking: bool) -> str:
+    """A condition with its colour."""
+    word = "braking" if braking else CONDITIONS.get(code, "unknown")
+    colour = colours.hexadecimal(colours.BRAKING if braking else colours.CONDITION.get(code, colours.UNKNOWN))
+    shade = "#999" if code == HEALTHY else "#111;font-weight:600"
+    return (
+        f'<td style="padding:0 8px 0 0;color:{shade}"><span style="display:inline-block;width:9px;height:9px;'
+        f'border-radius:50%;background:{colour};margin-right:5px"></span>{word}</td>'
+    )
+
+
+def _listed(codes: IntArray, joints: Sequence[str]) -> str:
+    """``joint:condition`` of each joint that is not healthy, with spaces between, for an attribute."""
+    found = [f"{joints[i]}:{CONDITIONS[int(codes[i])]}" for i in codes.nonzero()[0].tolist()]
+    return escape(" ".join(found), quote=True)
+
+
+def _length(error: float) -> str:
+    """A length [m] in words that a person can judge."""
+    if not np.isfinite(error):
+        return "unknown"
+    millimetres = 1e3 * error
+    if millimetres >= 1000.0:
+        return f"{error:.2f} m"
+    return "< 0.01 mm" if millimetres < 0.01 else f"{millimetres:.3g} mm"
+
+
+def _short(factor: float) -> str:
+    """A factor with two digits."""
+    return f"{factor:.2g}" if np.isfinite(factor) else "?"
+
+
+WIDTH, ROW = 300, 20
+"""Width of the map and height of a joint's row, in units of its drawing."""
+BETWEEN = " @ "
+"""Between joint and time, in the words that name a failure."""
+_PICK = (
+    "const m=event.currentTarget,b=m.getBoundingClientRect(),"
+    "n=JSON.parse(m.dataset.joints),t=JSON.parse(m.dataset.times),"
+    "i=Math.min(n.length-1,Math.max(0,Math.floor((event.clientY-b.top)/b.height*n.length))),"
+    "w=t[0]+(event.clientX-b.left)/b.width*(m.dataset.end-t[0]),"
+    "k=t.reduce((p,c,j)=>c<=w?j:p,0),"
+    "f=[...document.querySelectorAll('input.mantine-TextInput-input')]"
+    ".find(i=>m.compareDocumentPosition(i)&Node.DOCUMENT_POSITION_FOLLOWING);"
+    "Object.getOwnPropertyDescriptor(HTMLInputElement.prototype,'value').set.call(f,n[i]+m.dataset.between+t[k]);"
+    "f.dispatchEvent(new Event('input',{bubbles:true}));"
+)
+"""What a click does: it writes the failure into the field below the map, as a person could."""
+
+
+@final
+class FailureMap:
+    """The map with a field that says which failure is played, in the container that is open."""
+
+    def __init__(self, gui: Any, heat: HeatMap, put: Callable[[Command], None]) -> None:
+        self._heat, self._put = heat, put
+        gui.add_html(failure_map(heat))
+        self._field = gui.add_text("failure", "")
+        self._said = gui.add_html(_joint_row("Click on the map, or write joint and time."))
+        self._field.on_update(self._changed)
+
+    async def _changed(self, event: Any) -> None:
+        """Play what the field names, or say what is wrong with it."""
+        if event.client is None:
+            return
+        found = named_failure(str(event.target.value), self._heat)
+        if isinstance(found, str):
+            self._said.content = _joint_row(found)
+            return
+        i, k = found
+        name, time = self._heat.joints[i], float(self._heat.times[k])
+        verdict = self._heat.words.get(int(self._heat.codes[i, k]), "unknown")
+        self._said.content = _joint_row(f"{name} locks at {time:.2f} s: {verdict}")
+        self._put(Play(name, time))
+
+
+def named_failure(text: str, heat: HeatMap) -> tuple[int, int] | str:
+    """Row and column of a failure by its words, ``joint @ time``; a sentence where there is none."""
+    name, _, time = text.rpartition(BETWEEN)
+    try:
+        at = float(time)
+    except ValueError:
+        at = np.nan
+    if name not in heat.joints or not np.isfinite(at):
+        return f"expected joint{BETWEEN}time [s], for example {heat.joints[0]}{BETWEEN}{heat.times[0]:.2f}"
+    return heat.joints.index(name), int(np.argmin(np.abs(heat.times - at)))
+
+
+def failure_map(heat: HeatMap) -> str:
+    """The map as HTML: a row for each joint, verdicts over the time of the failure."""
+    end = float(heat.times[-1] + (heat.times[-1] - heat.times[-2] if len(heat.times) > 1 else 1.0))
+    begin = float(heat.times[0])
+    edges = (np.append(heat.times, end) - begin) / (end - begin) * WIDTH
+    bars = []
+    for i, codes in enumerate(heat.codes):
+        starts = [0, *(np.flatnonzero(np.diff(codes)) + 1), len(codes)]
+        for first, last in pairwise(starts):
+            code = int(codes[first])
+            bars.append(
+                f'<rect x="{edges[first]:.2f}" y="{i * ROW}" width="{edges[last] - edges[first]:.2f}" '
+                f'height="{ROW - 2}" fill="{escape(heat.colours.get(code, "#999999"), quote=True)}"/>'
+            )
+    names = "".join(
+        f'<div style="height:{ROW}px;line-height:{ROW - 2}px;overflow:hidden">{escape(name)}</div>'
+        for name in heat.joints
+    )
+    seen = sorted({int(code) for code in np.unique(heat.codes)})
+    words = " ".join(
+        '<span style="white-space:nowrap"><span style="display:inline-block;width:10px;height:10px;'
+        f'background:{escape(heat.colours.get(code, "#999999"), quote=True)};border:1px solid #bbb"></span> '
+        f"{escape(heat.words.get(code, 'unknown'))}</span>"
+        for code in seen
+    )
+    height = ROW * len(heat.joints)
+    joints = escape(dumps(heat.joints), quote=True)
+    times = escape(dumps([round(float(t), 6) for t in heat.times]), quote=True)
+    return (
+        '<div style="font:12px system-ui,sans-serif;color:#222;padding:0 10px">'
+        f"<div><b>{100.0 * heat.coverage:.1f} %</b> of these locks are survived; a click plays one</div>"
+        f'<div style="display:flex;gap:6px;margin:6px 0"><div style="max-width:45%">{names}</div>'
+        f'<svg id="ftqp-failures" viewBox="0 0 {WIDTH} {height}" preserveAspectRatio="none" '
+        f'style="flex:1;height:{height}px;min-width:0;cursor:pointer" data-joints="{joints}" '
+        f'data-times="{times}" data-end="{end:g}" data-between="{BETWEEN}" '
+        f'onclick="{escape(_PICK, quote=True)}">'
+        f"{''.join(bars)}</svg></div>"
+        f'<div style="display:flex;justify-content:space-between;color:#666"><span>time of the failure [s]: '
+        f"{begin:g}</span><span>{end:g}</span></div><div>{words}</div></div>"
+    )
+
+
+def _joint_row(text: str) -> str:
+    """A small line of text."""
+    return f'<div style="font:12px system-ui;color:#444;padding:2px 10px">{escape(text)}</div>'

@@ -14,7 +14,7 @@ from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import DragHandles, wxyz
 from ftqp.viz.live.further_nodes import FurtherNodes
 from ftqp.viz.live.ghosts import GhostNodes
-from ftqp.viz.live.shapes import BASE, Mesh, Part, arm_parts, ball, size_of
+from ftqp.viz.live.meshes import BASE, Mesh, Part, arm_parts, ball, size_of
 
 RIVAL = "rival"
 """The overlay of the same arm, led by damped resolved rates."""

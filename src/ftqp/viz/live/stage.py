@@ -12,11 +12,7 @@ from ftqp.sim.session.session_commands import Command
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HeatMap:
-    """Which failures a motion survives, for a picture that can be clicked: ``coverage`` of them, from 0 to 1.
-
-    Codes are the verdicts, (nv, K), on a failure of each joint at each time, (K,) [s]; each has words and a
-    colour, ``#rrggbb``.
-    """
+    """Which failures a motion survives: verdicts (nv, K) at times (K,) [s], with words and colours."""
 
     joints: tuple[str, ...]
     times: FloatArray

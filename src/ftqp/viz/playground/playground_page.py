@@ -22,11 +22,12 @@ from ftqp.core.pose import quaternions
 from ftqp.faults.kinds import Degraded, Locked
 from ftqp.sim.log.signals import CONDITIONS
 from ftqp.sim.session.frame import NEAR, DrawnArm, Frame, placed
+from ftqp.sim.session.session_arms import path_points
 from ftqp.sim.session.session_commands import WEAK
-from ftqp.sim.session.session_leader import path_points
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import wxyz
 from ftqp.viz.live.live_page import CONTROLS
+from ftqp.viz.live.meshes import Part
 from ftqp.viz.live.panel import (
     FASTEST,
     INVITATION,
@@ -42,7 +43,6 @@ from ftqp.viz.live.panel import (
 from ftqp.viz.live.panel import PATH as TO_PATH
 from ftqp.viz.live.scene import RIVAL, SEGMENTS, STEP, Scene
 from ftqp.viz.live.server import VERSION, client_page, close_server, first_messages, open_server
-from ftqp.viz.live.shapes import Part
 
 SCRIPT: Final = File(__file__).with_name("playground.mjs")
 KNOTS: Final = 400
@@ -209,11 +209,7 @@ def _text(content: bytes) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Controls:
-    """What can be clicked, and what is written anew, by the names of a page.
-
-    Acts are ``time``, ``speed``, ``joint`` with its number, ``chosen``, ``overlay`` with its own, or
-    ``drag``; texts are ``head``, ``table`` and ``curve``.
-    """
+    """What can be clicked, acts by name and number, and what is written anew: head, table, curve."""
 
     acts: dict[str, list[Any]]
     texts: dict[str, str]

@@ -8,11 +8,150 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
+import numpy as np
+
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import compared_runs
+from ftqp.viz.figures.events import length
 from ftqp.viz.figures.run_figures import drawings_of
 from ftqp.viz.pages.page import drawing, folded, heading, paragraph, table
-from ftqp.viz.report.numbers import numbers
+
+KEPT: Final = 1e-9
+"""A limit exceeded by less than this was kept; less is rounding [SI units]."""
+UNKNOWN: Final = "-"
+Facts = Mapping[str, Any]
+
+
+def numbers(facts: Mapping[str, Facts], logs: Mapping[str, Log]) -> str:
+    """The table."""
+    rows = [(what, *(value(facts[label], logs[label]) for label in facts)) for what, value in _VALUES.items()]
+    rows += _further(facts)
+    shown = [row for row in rows if any(cell != UNKNOWN for cell in row[1:])]
+    return table("Numbers", ("", *facts), shown, numbers=tuple(facts))
+
+
+def _further(facts: Mapping[str, Facts]) -> list[tuple[str, ...]]:
+    """Rows of the soft tasks and the kept points of all runs."""
+    tasks = dict.fromkeys(name for run in facts.values() for name in run.get("tasks", {}))
+    kept = {
+        name: one.get("shape", "plane")
+        for run in facts.values()
+        for name, one in run.get("constraints", {}).items()
+    }
+    rows = [
+        (f"{name}: {what}", *(_error(run.get("tasks", {}).get(name), key) for run in facts.values()))
+        for name in tasks
+        for what, key in (("error at the end", "final_error"), ("largest error", "max_error"))
+    ]
+    return rows + [
+        (
+            f"{name}: smallest {'angle to' if shape == 'cone' else 'distance from'} its {shape}",
+            *(_distance(run.get("constraints", {}).get(name)) for run in facts.values()),
+        )
+        for name, shape in kept.items()
+    ]
+
+
+def _error(task: Mapping[str, Any] | None, key: str) -> str:
+    if task is None or task[key] is None:
+        return UNKNOWN
+    return length(task[key]) if task["unit"] == "m" else f"{task[key]:.3g} {task['unit'] or ''}".rstrip()
+
+
+def _distance(kept: Mapping[str, Any] | None) -> str:
+    if kept is None or kept["min_distance"] is None:
+        return UNKNOWN
+    nearest = kept["min_distance"]
+    unit = kept.get("unit", "rad" if kept.get("shape") == "cone" else "m")
+    away = f"{abs(nearest):.3g} {unit}"
+    if unit in ("m", "rad"):
+        away = length(abs(nearest)) if unit == "m" else f"{np.degrees(abs(nearest)):.2g} deg"
+    return away if nearest >= 0.0 else f"{away} beyond it"
+
+
+def _length(name: str) -> Callable[[Facts, Log], str]:
+    def value(facts: Facts, log: Log) -> str:
+        return UNKNOWN if facts[name] is None else length(facts[name])
+
+    return value
+
+
+def _excess(name: str, unit: str) -> Callable[[Facts, Log], str]:
+    def value(facts: Facts, log: Log) -> str:
+        beyond = facts["max_limit_violation"].get(name)
+        return UNKNOWN if beyond is None else "kept" if beyond <= KEPT else f"exceeded by {beyond:.2g} {unit}"
+
+    return value
+
+
+def _time(name: str) -> Callable[[Facts, Log], str]:
+    def value(facts: Facts, log: Log) -> str:
+        return UNKNOWN if facts["step_time_us"][name] is None else f"{facts['step_time_us'][name]:.1f} us"
+
+    return value
+
+
+def _angle(facts: Facts, log: Log) -> str:
+    turned = facts["max_rotation_error"]
+    return UNKNOWN if not turned else f"{np.degrees(turned):.2g} deg"
+
+
+def _share(signal: str, limit: str) -> Callable[[Facts, Log], str]:
+    def value(facts: Facts, log: Log) -> str:
+        top = np.array([np.inf if x is None else x for x in log.metadata["limits"][limit]])
+        used = np.where(log["truth"] == HEALTHY, np.abs(log[signal]) / top, 0.0)
+        if not np.isfinite(used).any() or not np.isfinite(top).any():
+            return UNKNOWN
+        joint = int(np.nanargmax(np.nanmax(used, axis=0)))
+        return f"{100.0 * float(np.nanmax(used)):.0f} % ({log.metadata['joints'][joint]})"
+
+    return value
+
+
+def _moved(facts: Facts, log: Log) -> str:
+    moved = facts["max_failed_joint_motion"]
+    slides = dict(zip(log.metadata["joints"], log.metadata["prismatic"], strict=True))
+    return ", ".join(f"{j} {x:.2g} {'m' if slides[j] else 'rad'}" for j, x in moved.items()) or UNKNOWN
+
+
+def carried(log: Log) -> dict[str, float]:
+    """The largest torque or force at every brake that was closed, by the arm's model, by joint."""
+    brakes = np.abs(np.nan_to_num(log["tau_brake"])).max(axis=0)
+    return {joint: float(top) for joint, top in zip(log.metadata["joints"], brakes, strict=True) if top > 0.0}
+
+
+def _brakes(facts: Facts, log: Log) -> str:
+    slides = dict(zip(log.metadata["joints"], log.metadata["prismatic"], strict=True))
+    found = carried(log)
+    return ", ".join(f"{j} {top:.3g} {'N' if slides[j] else 'N m'}" for j, top in found.items()) or UNKNOWN
+
+
+def _statuses(facts: Facts, log: Log) -> str:
+    return ", ".join(f"{name} {100.0 * n / len(log):.3g} %" for name, n in facts["status_counts"].items())
+
+
+_VALUES: Final[dict[str, Callable[[Facts, Log], str]]] = {
+    "time that was simulated": lambda facts, log: f"{float(log['t'][-1]):.4g} s in {len(log)} steps",
+    "status of the steps": _statuses,
+    "largest distance from the target": _length("max_position_error"),
+    "the same, root of the mean square": _length("rms_position_error"),
+    "largest angle to the target": _angle,
+    "limits of position": _excess("q", "rad or m"),
+    "limits of velocity": _excess("v", "rad/s or m/s"),
+    "limits of acceleration": _excess("a", "rad/s2 or m/s2"),
+    "limits of torque": _excess("tau", "N m or N"),
+    "most of its speed that a working joint used": _share("v", "v_max"),
+    "most of its torque that a working joint used": _share("tau", "tau_max"),
+    "how far a failed joint moved": _moved,
+    "most that a brake carried": _brakes,
+    "time of a step, median": _time("p50"),
+    "time of a step, 99 % are below": _time("p99"),
+    "longest step": _time("max"),
+    "steps whose QP was not solved": lambda facts, log: str(facts["qp"]["failures"]),
+}
+"""What is shown of a run, and how."""
+
 
 CAPTIONS: Final = {
     "path.png": "The arm at a few instants, the path that its end effector should take (grey) and took, and "

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.control.inverse_kinematics.motion_validity import HELD
 from ftqp.control.inverse_kinematics.posture_search import goal_pose, task_rows
-from ftqp.control.references.tip_reference import TipLimits
+from ftqp.control.references.jerk_limit import TipLimits
 from ftqp.control.task.task import axis_frame
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
