@@ -6,7 +6,7 @@ it names as ``explained_by``; its field has range and unit.
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from inspect import Parameter, cleandoc, signature
 from types import NoneType
@@ -126,7 +126,10 @@ def keys_of(owner: type[Any]) -> Mapping[str, Key]:
 def _keys_of(owner: Any) -> Mapping[str, Key]:
     if is_dataclass(owner):
         declared = {one.name: one.metadata[SETTING] for one in fields(owner) if SETTING in one.metadata}
-        defaults = {one.name: _default(one) for one in fields(owner)}
+        defaults = {
+            one.name: one.default if one.default_factory is MISSING else one.default_factory()
+            for one in fields(owner)
+        }
         typed: Any = owner
     else:
         declared, typed = getattr(owner, "settings", {}), owner.__init__
@@ -159,10 +162,6 @@ def like(owner: type[Any], name: str) -> Any:
     """A field that is the setting of another class."""
     key = keys_of(owner)[name]
     return _field(key.default, key.says)
-
-
-def _default(one: "Field[Any]") -> Any:
-    return one.default if one.default_factory is MISSING else one.default_factory()
 
 
 def _given(argument: Parameter) -> Any:

@@ -28,11 +28,6 @@ NOTHING: Mapping[str, str] = MappingProxyType({})
 """The ``shares`` of a kind that leaves no limit lower than before."""
 
 
-def _share(name: str, value: float) -> None:
-    if not 0.0 < positive(name, value) <= 1.0:
-        raise InputError(f"{name} is {value:g}, expected a share of the healthy limit in (0, 1]")
-
-
 @dataclass(frozen=True, slots=True)
 class Locked:
     """The joint holds still: its brake has closed.
@@ -138,7 +133,8 @@ class Degraded:
 
     def __post_init__(self) -> None:
         for name in ("velocity", "acceleration", "torque"):
-            _share(name, getattr(self, name))
+            if (share := positive(name, getattr(self, name))) > 1.0:
+                raise InputError(f"{name} is {share:g}, expected a share of the healthy limit in (0, 1]")
         for name in ("q_min", "q_max"):
             value = getattr(self, name)
             if value is not None and isnan(as_number(name, value, "rad or m")):

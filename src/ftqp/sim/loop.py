@@ -1,7 +1,7 @@
 """The simulation loop: truth, target, planner, log and plant in the order in which they happen."""
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from math import isclose
@@ -29,7 +29,7 @@ from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.log_writer import LogParts, LogWriter, PartedLog
 from ftqp.sim.log.metrics import STOP_CODES, TalliedRows
 from ftqp.sim.log.raw_rows import BLOCK, RawLayout
-from ftqp.sim.log.signals import PATH_CODES, Column
+from ftqp.sim.log.signals import PATH_CODES
 from ftqp.sim.log.tick_recorder import TickRecorder, signals_of
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
@@ -344,7 +344,8 @@ class Simulation:
         if self._log == MEMORY:
             memory = MemoryRows(self._signals, about)
             return replace(self._recorded(memory), log=memory.log)
-        tallied = TalliedRows(_file(self._log, self._signals, about), self._signals, about)
+        kind = PartedLog if isinstance(self._log, LogParts) else LogWriter
+        tallied = TalliedRows(kind(self._log, self._signals, about), self._signals, about)
         try:
             result = self._recorded(tallied)
         finally:
@@ -448,11 +449,6 @@ class Simulation:
             blocked=standing.blocked,
             broken=plant.failure,
         )
-
-
-def _file(log: str | File | LogParts, signals: Sequence[Column], about: Mapping[str, Any]) -> RowSink:
-    """A new log on file, in one piece or in parts."""
-    return PartedLog(log, signals, about) if isinstance(log, LogParts) else LogWriter(log, signals, about)
 
 
 def _findings(planner: Planner) -> list[dict[str, Any]]:

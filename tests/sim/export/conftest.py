@@ -8,7 +8,7 @@ import pytest
 from ftqp.control.planner.status import STATUSES
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_writer import LogWriter
-from ftqp.sim.log.signals import Measured, base_columns, columns, further_columns, sensed_columns
+from ftqp.sim.log.signals import Column, base_columns, columns, sensed_columns
 
 NAMES = ("<script>alert(1)</script>", "a\"b'c, d", "Gelenk ä 手")
 PRISMATIC = np.array([False, True, False])
@@ -25,9 +25,9 @@ def arm():
 
 def signals(*, sensed=SENSED, base=("track", "roll"), level="acceleration"):
     found = columns(NAMES, PRISMATIC, level)
-    further = further_columns(
-        [Measured("task_error", "look at <b>", "rad", ""), Measured("task_error", "elbow.z", "m", ""),
-         Measured("distance", "Tisch ä", "m", "")]
+    further = (
+        Column("task_error.look at <b>", "rad", ""), Column("task_error.elbow.z", "m", ""),
+        Column("distance.Tisch ä", "m", ""),
     )  # fmt: skip
     base = base_columns(base) if base else ()
     return (*found, *base, *sensed_columns(sensed, NAMES, PRISMATIC), *further)

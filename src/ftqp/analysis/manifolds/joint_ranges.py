@@ -41,7 +41,8 @@ def joint_ranges(robot: Robot, pose: Any, rows: Any = "position") -> dict[str, C
 
 def ranges_of(study: GoalStudy) -> dict[str, CircularIntervals]:
     """The same of a study."""
-    wide = _wide(study)
+    limits, revolute = study.robot.limits, ~study.robot.chain.prismatic
+    wide = revolute & ~study.turning & (limits.q_max - limits.q_min >= TURN)  # every angle lies within them
     if wide.any():
         return _copied(study, wide)
     joints, turning = study.robot.joints, study.turning
@@ -60,12 +61,6 @@ def ranges_of(study: GoalStudy) -> dict[str, CircularIntervals]:
             for joint, values, turns in zip(joints, solutions.T, turning, strict=True)
         }
     return {joint: scanned_range(study, i, solutions) for i, joint in enumerate(joints)}
-
-
-def _wide(study: GoalStudy) -> BoolArray:
-    """Joints with limits a turn apart or more: every angle lies within them."""
-    limits, turns = study.robot.limits, ~study.robot.chain.prismatic
-    return np.asarray(turns & ~study.turning & (limits.q_max - limits.q_min >= TURN))
 
 
 def _copied(study: GoalStudy, wide: BoolArray) -> dict[str, CircularIntervals]:

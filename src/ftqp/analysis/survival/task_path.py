@@ -35,7 +35,9 @@ class Around:
 
     def on(self, robot: Robot) -> Self:
         """The same around another arm."""
-        return type(self)(scene=self.scene, clearance=self.clearance, room=_room(robot, self))
+        planner = Planner(robot, scene=self.scene, clearance=self.clearance)
+        room = np.array(planner.what_ifs().session.K["scene"]).reshape(1)
+        return type(self)(scene=self.scene, clearance=self.clearance, room=room)
 
     def moved(self, robot: Robot, by: FloatArray) -> Self:
         """The same arm, with everything around it moved."""
@@ -78,11 +80,6 @@ def around_of(robot: Robot, scene: Scene | None, clearance: Clearance | None) ->
         )
     kept = Around(scene=stands, clearance=Clearance() if clearance is None else clearance, room=None)
     return kept.on(robot)
-
-
-def _room(robot: Robot, around: Around) -> Any:
-    planner = Planner(robot, scene=around.scene, clearance=around.clearance)
-    return np.array(planner.what_ifs().session.K["scene"]).reshape(1)
 
 
 SAMPLES = 400

@@ -374,7 +374,11 @@ def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: P
     made: dict[str, Any] = {"folder": str(folder), "figures": [], "page": None}
     write(folder / SUMMARY, json_text(facts | made))
     try:
-        figures = [rep.figure(folder / HEAT_MAP), _motion(found, folder / MOTION)]
+        from ftqp.viz.figures.arm_views import draw_motion
+
+        title, task = f"{found.name}: {found.title}", found.task
+        motion = draw_motion(folder / MOTION, title, task.robot, task.t, found.q)
+        figures = [rep.figure(folder / HEAT_MAP), motion]
     except MissingPackage as error:
         say(f"note: {error}")
         return made
@@ -382,13 +386,6 @@ def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: P
     write_page(folder, facts)
     write(folder / SUMMARY, json_text(facts | made))
     return made
-
-
-def _motion(found: Subject, file: Path) -> Path:
-    """The picture of the motion."""
-    from ftqp.viz.figures.arm_views import draw_motion
-
-    return draw_motion(file, f"{found.name}: {found.title}", found.task.robot, found.task.t, found.q)
 
 
 STARTS = ("free", "given")

@@ -44,7 +44,9 @@ class Check(NamedTuple):
 
 def examine(*, as_json: bool) -> ExitCode:
     """Look at everything and print it; done where nothing is wrong."""
-    checks = [_python(), _processor(), _kernel(), *_packages(), _trial()]
+    version = f"{platform.python_implementation()} {platform.python_version()}"
+    python = Check("Python", f"{version}, {sys.platform}")
+    checks = [python, _processor(), _kernel(), *_packages(), _trial()]
     wrong = sum(one.state == "wrong" for one in checks)
     facts: dict[str, Any] = {"sound": not wrong, "checks": [one._asdict() for one in checks]}
     answer(facts, as_json, lines(checks, wrong))
@@ -63,12 +65,6 @@ def lines(checks: list[Check], wrong: int) -> list[str]:
         f"{wrong} of these keep ftqp from working as it should" if wrong else "this installation is sound"
     )
     return [*said, "", f"ftqp {ftqp.__version__}: {ending}"]
-
-
-def _python() -> Check:
-    """The interpreter."""
-    implementation = platform.python_implementation()
-    return Check("Python", f"{implementation} {platform.python_version()}, {sys.platform}")
 
 
 def _processor() -> Check:

@@ -52,6 +52,7 @@ def combinations(
             errors += [f"{labels[source]}: {sentence}" for sentence in error.errors or (str(error),)]
             continue
         own = _own_missing(tables, at.folder) if None in asked_backends else ""
+        own_scheme = str((tables.planner.scheme or {}).get("name"))
         rows: list[Combination] = []
         refusals: list[str] = []
         for scheme in asked_schemes:
@@ -62,7 +63,7 @@ def combinations(
                     Combination(
                         name="",
                         scenario=labels[source],
-                        scheme=_own_scheme(tables) if scheme is None else _label(scheme),
+                        scheme=own_scheme if scheme is None else _label(scheme),
                         backend=_own_label(tables) if backend is None else backend_labels[backend],
                         setup=setup,
                         reason=absent or refusal,
@@ -172,10 +173,6 @@ def _labels(specs: Sequence[str], short: Callable[[str], str]) -> dict[str, str]
     """The short name of each, or itself where two would be called the same."""
     count = Counter(map(short, dict.fromkeys(specs)))
     return {spec: short(spec) if count[short(spec)] == 1 else spec for spec in specs}
-
-
-def _own_scheme(tables: Scenario) -> str:
-    return str((tables.planner.scheme or {}).get("name"))
 
 
 def _own_label(tables: Scenario) -> str:

@@ -76,10 +76,11 @@ def groups(rows: Sequence[Row]) -> list[list[Row]]:
 def columns(rows: Sequence[Row], why: Sequence[str]) -> list[Column]:
     """All columns, of scenario, scheme and backend those that differ; the best completed run is marked."""
     scaled = any(row["ran"] and "SCALED" in row["status_counts"] for row in rows)
+    differing = [kind for kind in KINDS if len({row["label"][kind] for row in rows}) > 1]
     return [
         *(
             Column(heading=kind, cells=tuple(str(row["label"][kind]) for row in rows), number=False)
-            for kind in _differing(rows)
+            for kind in differing or ["backend"]
         ),
         Column(heading="result", cells=_results(rows, why), number=False),
         _lengths(rows, "max error", "max_position_error", 0),
@@ -154,11 +155,6 @@ def _line(cells: Sequence[str]) -> str:
 def _plain(text: str) -> str:
     """``text`` without what Markdown would take for its own."""
     return text.replace("|", "\\|").replace("*", "\\*").replace("_", "\\_")
-
-
-def _differing(rows: Sequence[Row]) -> list[str]:
-    """Which of scenario, scheme and backend differ; the backend when none does."""
-    return [kind for kind in KINDS if len({row["label"][kind] for row in rows}) > 1] or ["backend"]
 
 
 def _results(rows: Sequence[Row], why: Sequence[str]) -> tuple[str, ...]:

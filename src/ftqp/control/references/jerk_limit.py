@@ -249,7 +249,8 @@ class TipReference:
             size = float(np.linalg.norm(way[part]))
             share = np.full(3, LEAST_SHARE)
             if size > 0.0:
-                share = np.maximum(share if self._is_moving(part) else 0.0, np.abs(way[part]) / size)
+                moves = self.twist[part].any() or self.acceleration[part].any()
+                share = np.maximum(share if moves else 0.0, np.abs(way[part]) / size)
             share = np.maximum(share, np.abs(self.twist[part]) / self._v_max[part])
             share = np.maximum(share, np.abs(self.acceleration[part]) / self._a_max[part])
             if end is not None:
@@ -257,9 +258,6 @@ class TipReference:
             share = np.maximum(share, 1e-3)
             result[part] = share / np.linalg.norm(share)
         return result
-
-    def _is_moving(self, part: slice) -> bool:
-        return bool(self.twist[part].any() or self.acceleration[part].any())
 
     def _advance(self) -> None:
         """The next sample of the plan."""

@@ -233,20 +233,11 @@ class TroubledPlant(PlantAround):
     def advance(self, command: Command) -> None:
         for first, ticks, period, what in self._spans:
             since = (self._tick - first) % period if self._tick >= first else -1
-            if since == 0:
-                self._begin(what)
+            if isinstance(what, Push):
+                if since in (0, ticks):
+                    self._physics.push(what.force if since == 0 else np.zeros(3))
+            elif since == 0:
+                self._physics.suffer(what)
             elif since == ticks:
-                self._end(what)
+                self._plant.repair(what.joint)
         super().advance(command)
-
-    def _begin(self, what: HiddenFault | Push) -> None:
-        if isinstance(what, Push):
-            self._physics.push(what.force)
-        else:
-            self._physics.suffer(what)
-
-    def _end(self, what: HiddenFault | Push) -> None:
-        if isinstance(what, Push):
-            self._physics.push(np.zeros(3))
-        else:
-            self._plant.repair(what.joint)

@@ -207,7 +207,7 @@ def draw_rivals(log: Log, own: str, rivals: Sequence[Rival], path: str | Path, t
     figure = paper(16.0, 6.8, title)
     grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.15))
     first, t = rivals[0], log["t"]
-    rows = _rows(log)
+    rows = [int(row) for row in np.linspace(_first_row(log), len(log) - 1, POSTURES)]
     skeleton = Skeleton.from_facts(log.metadata["skeleton"])
     failed = log["truth"][rows] != 0
     arms = [
@@ -243,11 +243,6 @@ def _first_row(log: Log) -> int:
     """The row of the first failure, or the first."""
     at = min([fault["at"] for fault in events.faults(log)], default=float(log["t"][0]))
     return min(int(np.searchsorted(log["t"], at - events.REPORTED_LATER)), len(log) - 1)
-
-
-def _rows(log: Log) -> list[int]:
-    """Rows from the first failure, or the start, to the end."""
-    return [int(row) for row in np.linspace(_first_row(log), len(log) - 1, POSTURES)]
 
 
 def _draw_tips(axes: Axes, log: Log, curves: Sequence[tuple[str, FloatArray, FloatArray, str]]) -> None:

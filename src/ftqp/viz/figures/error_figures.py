@@ -293,11 +293,14 @@ def draw_base(log: Log, path: str | Path) -> Path:
         for k in range(3):
             axes: Axes = grid[k, side]
             signal = scale * values[:, k]
-            _shade(axes, log)
+            for status, shade in SHADES.items():
+                for begin, end in _spans(log, status):
+                    axes.axvspan(begin, end, color=shade, alpha=0.45, linewidth=0.0, zorder=0)
             axes.axhline(0.0, color="black", linewidth=0.6)
             curve(axes, t, signal, color=BLUE, linewidth=1.3)
             what = f"{'XYZ'[k]} error" if side == 0 else f"rotation error about {'XYZ'[k]}"
-            tidy(axes, "", f"[{axis_unit}]", f"{what}: {_extremes(signal)} {axis_unit}")
+            extremes = f"{signal.min():+.3g} to {signal.max():+.3g}"
+            tidy(axes, "", f"[{axis_unit}]", f"{what}: {extremes} {axis_unit}")
             axes.set_ylim(*ends)
             events.mark(axes, log)
     for side, sliding in enumerate((True, False)):
@@ -325,22 +328,12 @@ def _length_unit(values: FloatArray) -> tuple[str, float]:
     return next(((unit, factor) for unit, factor in UNITS if factor * largest >= 1.0), UNITS[-1])
 
 
-def _extremes(signal: FloatArray) -> str:
-    return f"{signal.min():+.3g} to {signal.max():+.3g}"
-
-
 def _spans(log: Log, status: BaseStatus) -> list[tuple[float, float]]:
     """When the inertial task had this status [s]."""
     code = list(BaseStatus).index(status)
     edges = np.append(log["t"], log["t"][-1] + float(log.metadata.get("dt", 0.0)))
     spells = equal_runs(log["base_status"])
     return [(float(edges[first]), float(edges[last])) for first, last, which in spells if which == code]
-
-
-def _shade(axes: Axes, log: Log) -> None:
-    for status, colour in SHADES.items():
-        for begin, end in _spans(log, status):
-            axes.axvspan(begin, end, color=colour, alpha=0.45, linewidth=0.0, zorder=0)
 
 
 def _shades_used(log: Log) -> list[Patch | Line2D]:

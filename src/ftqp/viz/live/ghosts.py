@@ -110,7 +110,7 @@ class GhostNodes:
         colour = colour_of(number)
         self._server.scene.add_frame(name, show_axes=False)
         if len(ghost.tips) > 1:
-            pieces = _pieces(ghost.tips)
+            pieces = np.stack([ghost.tips[:-1], ghost.tips[1:]], axis=1)
             self._server.scene.add_line_segments(f"{name}/tip", pieces, colour, thickness=0.006 * self._size)
 
         async def clicked(_event: Any) -> None:
@@ -127,11 +127,6 @@ class GhostNodes:
         self._server.scene.add_label(
             f"{name}/said", label_of(number, ghost), position=place, anchor="bottom-center"
         )
-
-
-def _pieces(points: Any) -> Any:
-    """Points one after the other as pieces of a line, (k - 1, 2, 3)."""
-    return np.stack([points[:-1], points[1:]], axis=1)
 
 
 def colour_of(number: int) -> colours.Colour:
