@@ -1,9 +1,12 @@
 """What a planner is told happens as a whole or not at all, whatever line an exception comes at."""
 
+import itertools
 import threading
 
 import numpy as np
 import pytest
+from tests.going import started
+from tests.interrupted import interrupted, stop
 
 import ftqp
 
@@ -48,6 +51,50 @@ def test_a_change_that_is_refused_changes_nothing(what):
             call()
         assert ride.planner.session().memory.tobytes() == before and ride.planner.faults == {}
     assert ride.step().status is ftqp.StepStatus.OK
+
+
+CHANGES = {
+    "lock": (lambda p: p.report(ftqp.Locked(3)), lambda p: PANDA.joints[3] in p.faults),
+    "free": (lambda p: p.report(ftqp.FreeSwinging(5)), lambda p: PANDA.joints[5] in p.faults),
+    "weak": (lambda p: p.report(ftqp.Degraded(1, velocity=0.01)), lambda p: PANDA.joints[1] in p.faults),
+    "carry": (lambda p: p.carry(LOAD), lambda p: p.payload is not None),
+    "tool": (lambda p: p.tool(TOOL), lambda p: p.robot.tip != PANDA.tip),
+    "speed": (lambda p: setattr(p, "speed", 0.01), lambda p: p.speed == 0.01),
+}
+
+
+def commands(planner):
+    """What a planner commands on the way to a place near by."""
+    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral + 0.1))
+    q, found = PANDA.neutral.copy(), []
+    for _ in range(20):
+        step = planner.step(q, None, target)
+        q = step.q.copy()
+        found.append((q, step.tau.copy()))
+    return np.array(found)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("way", CHANGES)
+@pytest.mark.parametrize("beside", [False, True], ids=["an exception", "another change"])
+def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(way, beside):
+    tell, told = CHANGES[way]
+    expected = {}
+    for line in itertools.count(0, 67 if way == "carry" else 7):
+        planner, other = started(PANDA, DT), started(PANDA, DT)
+        act = (lambda planner=planner: planner.report(ftqp.Locked(0))) if beside else stop
+        met = interrupted(lambda planner=planner: tell(planner), line, act)
+        made = told(planner), PANDA.joints[0] in planner.faults
+        assert made == (True, met) if beside else made[0] or met
+        if made not in expected:
+            for happened, call in zip(made, (tell, lambda p: p.report(ftqp.Locked(0))), strict=True):
+                if happened:
+                    call(other)
+            expected[made] = commands(other)
+        assert np.array_equal(commands(planner), expected[made])
+        if not met:
+            break
+    assert line > 12 and len(expected) == 2
 
 
 class Slow:
