@@ -8,6 +8,7 @@ import pytest
 from tests.servo_arm import ServoArm
 
 import ftqp
+from ftqp.control.following.connection_words import strayed
 
 DT, SIGMA = 0.005, 5e-5
 TABLE = [(0.0, 0.3, 0.0, np.pi / 2), (0.0, 0.0, 0.4, 0.0), (0.0, 0.1, 0.0, -np.pi / 2), (0.0, 0.3, 0.1, 0.0)]
@@ -181,6 +182,12 @@ def test_degrees_are_named():
     assert "degrees" in said and "radians" in said
     assert "send step.q as it is" in connected(send=np.degrees)[0].fault
     assert "as if the arm took degrees" in connected(send=np.radians)[0].fault
+
+
+def test_two_columns_that_go_towards_zero_are_no_degrees():
+    begun, way = np.array([0.1, -1.2, 0.9, 1.4]), np.array([0.0, 0.0, -0.2, -0.3])
+    said = strayed(made().robot.joints, begun, way)
+    assert "degrees" not in said and "order of the columns" in said
 
 
 def test_samples_of_degrees_about_zero_go_too_far():

@@ -18,6 +18,8 @@ MOVED: Final = 0.01
 """A joint that went so far [rad or m] and is not known was too slow."""
 SEEN, LEAST = 0.02, 1e-3
 """A joint that goes this share of the farthest one's way, and so far [rad or m], goes, too."""
+FAR: Final = 0.5
+"""A joint at this share of the largest place is not at zero."""
 RULE: Final = "no acceleration limit"
 """How the finding of a model without acceleration limits begins."""
 
@@ -113,8 +115,8 @@ def strayed(names: tuple[str, ...], begun: FloatArray, way: FloatArray) -> str:
     said = f"{names[k]} has moved by {way[k]:.2g} though it was sent to stay at {begun[k]:.2g}"
     if len(places) == 1:
         return (
-            f"{said}: turn the sign of its measured or of its sent positions, or look at its zero, and at "
-            "what drives it"
+            f"{said}: turn the sign of its measured or of its sent positions, or look at its zero, at the "
+            "order of the columns, robot.joints, and at what drives it"
         )
     other = int(places[places != k][0])
     if len(places) == 2 and (begun[other] - begun[k]) * way[k] > 0.0 > (begun[other] - begun[k]) * way[other]:
@@ -123,6 +125,9 @@ def strayed(names: tuple[str, ...], begun: FloatArray, way: FloatArray) -> str:
             f"positions are swapped; put them in the order of robot.joints, {', '.join(names)}"
         )
     away = np.sign(way[moved] * begun[moved])
+    far = np.abs(begun) > FAR * float(np.abs(begun).max())
+    if not moved[far].all():  # degrees draw all joints that are not at zero
+        away[:] = 0.0
     if (away > 0.0).all():
         return (
             f"{said}: all go away from zero, as if degrees were measured or sent where radians are due; hand "
