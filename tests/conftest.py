@@ -13,6 +13,8 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+import ftqp
+
 settings.register_profile("ftqp", deadline=None)
 settings.load_profile("ftqp")
 
@@ -23,6 +25,12 @@ FROM_END_TO_END = (
 """Tests that run a script from end to end: ``make test-all`` has them, ``make test`` has not."""
 EVERY_COMBINATION = ("laws", "papers", "checker")
 """Folders of which ``make test`` has every combination, too, unless the test is long."""
+
+
+@pytest.fixture(scope="session")
+def panda() -> ftqp.Robot:
+    """The arm of most tests."""
+    return ftqp.robots.load("panda")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -18,11 +18,6 @@ def arm():
 
 
 @pytest.fixture(scope="module")
-def panda():
-    return ftqp.robots.load("panda")
-
-
-@pytest.fixture(scope="module")
 def tasks(arm, panda):
     """A planar map, whose starts lie on traced self-motions, and one of the positions of a Panda."""
     goal = panda.pose(panda.neutral)[:3, 3]

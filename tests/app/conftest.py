@@ -1,5 +1,6 @@
 """A short scenario, so that a run of the command line takes a moment."""
 
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,11 @@ at = 0.2
 def invoke(*arguments: object) -> Result:
     """The command line in this process."""
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def heed_interrupts() -> None:
+    """Ctrl-C means something to the child even if the tests run in the background, where shells ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @pytest.fixture

@@ -1,9 +1,22 @@
 """Every benchmark runs, and what it times is right; no speed is judged here."""
 
 import json
+from pathlib import Path
 
 import pytest
 from tests.scripts import ran, told
+
+
+def test_memory_of_every_stage_adds_up(tmp_path: Path) -> None:
+    result = json.loads(told("benchmarks/bench_memory.py", "--runs", 1, "--json", "--out", tmp_path))
+    assert [row["level"] for row in result["rows"]] == ["velocity", "acceleration"]
+    for row in result["rows"]:
+        assert list(row["added"]) == ["start", "import", "robot", "first", "further"]
+        assert row["added"]["start"] > 0.0 and row["added"]["robot"] > 0.0
+        so_far = sum(row["added"][stage] for stage in ("start", "import", "robot", "first"))
+        assert abs(so_far - row["one_planner"]) < 0.01
+    written = json.loads((tmp_path / "bench_memory.json").read_text())
+    assert written.pop("commit") and written == result
 
 
 def test_arms_of_a_batch_that_are_healthy_keep_to_their_path() -> None:

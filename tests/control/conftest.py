@@ -7,11 +7,6 @@ import ftqp
 
 
 @pytest.fixture(scope="session")
-def panda():
-    return ftqp.robots.load("panda")
-
-
-@pytest.fixture(scope="session")
 def planar6():
     return ftqp.robots.load("planar6")
 

@@ -192,6 +192,19 @@ def within_limits(result):
     assert np.all(result.q <= limits.q_max + 1e-12) and np.all(result.q >= limits.q_min - 1e-12)
 
 
+def test_late_and_wrong_feed_forward_cost_what_an_independent_program_says(swaying):
+    late = np.vstack([np.repeat(swaying.twist[:1], 2, axis=0), swaying.twist[:-2]])
+    base = MovingBase(sensing="known")
+    found = held(swaying, base=base, twist=late)
+    assert 1e3 * found.rms(SETTLED)[0] == pytest.approx(0.035, rel=0.01)
+    assert 1e3 * found.peak(SETTLED) == pytest.approx(0.055, rel=0.01)
+    found = held(swaying, base=base, twist=0.9 * swaying.twist)
+    assert 1e3 * found.rms(SETTLED)[0] == pytest.approx(0.131, rel=0.01)
+    assert 1e3 * found.peak(SETTLED) == pytest.approx(0.208, rel=0.01)
+    told = held(swaying, base=MovingBase(sensing="late", delay=0.02), twist=late, late=2)
+    assert 1e3 * told.rms(SETTLED)[0] < 0.01
+
+
 @pytest.mark.parametrize("locked", [(), (3,), (5,)])
 def test_tolerable_lock_costs_nothing(swaying, locked):
     feedback = held(swaying, locked)

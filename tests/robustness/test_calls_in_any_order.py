@@ -29,6 +29,8 @@ FORMS = {
     "backwards": lambda q: q[::-1].copy()[::-1],
     "objects": lambda q: q.astype(object),
     "other bytes": lambda q: q.astype(">f8"),
+    "longer": lambda q: q.astype(np.longdouble),
+    "read only, at an odd address": lambda q: np.frombuffer(b"0" + q.tobytes(), offset=1),
     "column": lambda q: np.asfortranarray(np.tile(q, (3, 1)))[1],
 }
 ROUNDING = 1e-9

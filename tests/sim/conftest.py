@@ -80,11 +80,6 @@ class FakePlanner:
 
 
 @pytest.fixture(scope="session")
-def panda():
-    return catalog.load("panda")
-
-
-@pytest.fixture(scope="session")
 def planar():
     return catalog.load("planar6")
 

@@ -12,11 +12,6 @@ from ftqp.core.errors import InputError
 
 
 @pytest.fixture(scope="module")
-def panda():
-    return ftqp.robots.load("panda")
-
-
-@pytest.fixture(scope="module")
 def goal(panda):
     return panda.pose(panda.neutral + 0.3 * np.array([1, -1, 0.5, 0.3, 0.2, 0.5, 1]))
 

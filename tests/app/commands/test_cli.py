@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.conftest import SHORT, invoke
+from tests.app.conftest import SHORT, heed_interrupts, invoke
 
 import ftqp
 from ftqp.app.commands.demo import FINDS, OWN_REPORTED, RIVAL_NEVER, RIVAL_REPORTED
@@ -174,11 +174,6 @@ def test_backends_tell_licence_and_state() -> None:
     assert "GPL" in rows["quadprog"]["licence"]
 
 
-def _heed_interrupts() -> None:
-    """Ctrl-C means something to the child even if the tests run in the background, where shells ignore it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 def _rows(out: Path) -> int:
     """How many rows a log keeps whatever happens to its run: a file grows before they are committed."""
     try:
@@ -197,7 +192,7 @@ def _started(short: Path, out: Path) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=_heed_interrupts if os.name != "nt" else None,
+        preexec_fn=heed_interrupts if os.name != "nt" else None,
     )
     for _ in range(1200):
         time.sleep(0.1)

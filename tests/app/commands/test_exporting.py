@@ -10,7 +10,6 @@ from scipy.io import loadmat
 from tests.app.conftest import invoke
 
 import ftqp
-from ftqp.app.run import runs
 from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
 
@@ -31,13 +30,6 @@ duration = 0.05
 [planner.task]
 rows = ["x", "y"]
 """
-
-
-@pytest.fixture(scope="module", autouse=True)
-def no_figures():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runs, "_figures", lambda log, folder: ())
-        yield
 
 
 def ftqp_command(*arguments):

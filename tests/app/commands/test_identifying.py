@@ -17,11 +17,6 @@ asked = partial(invoke, "identify")
 
 
 @pytest.fixture(scope="module")
-def panda() -> ftqp.Robot:
-    return ftqp.robots.load("panda")
-
-
-@pytest.fixture(scope="module")
 def file(panda: ftqp.Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The log of a true Panda that carries 1.5 kg and has rotors of 0.1 kg m2."""
     n = panda.nv

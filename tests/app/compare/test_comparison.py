@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.conftest import SHORT
+from tests.app.conftest import SHORT, heed_interrupts
 from tests.app.conftest import invoke as command
 
 import ftqp
@@ -180,11 +180,6 @@ def test_a_run_that_breaks_off_is_told_and_the_rest_runs(
     assert second["completed"] is True
 
 
-def _heed_interrupts() -> None:
-    """Ctrl-C means something to the child even if the tests run in the background, where shells ignore it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for another process")
 def test_ctrl_c_keeps_finished_runs_and_shows_what_there_is(short: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
@@ -195,7 +190,7 @@ def test_ctrl_c_keeps_finished_runs_and_shows_what_there_is(short: Path, tmp_pat
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=_heed_interrupts if os.name != "nt" else None,
+        preexec_fn=heed_interrupts if os.name != "nt" else None,
     )
     log = out / "long-mvn-active_set" / "log.npy"
     for _ in range(1200):

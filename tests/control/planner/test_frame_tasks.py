@@ -153,6 +153,21 @@ def test_where_both_cannot_be_the_load_gives_way_and_the_grip_is_kept():
     assert any(bound.joint.startswith("grip") for bound in step.certificate.obstacles)
 
 
+def test_what_is_out_of_reach_on_level_0_leaves_limits_kept_and_the_arm_at_rest(level):
+    away = BOTH.pose(BOTH.neutral, "right_hand")
+    away[:3, 3] += (0.0, -3.0, 0.0)
+    reach = ftqp.PoseTask("right_hand", level=0, target=away)
+    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose"), reach])
+    q, still = BOTH.neutral.copy(), ftqp.Target(pose=BOTH.pose(BOTH.neutral))
+    planner.reset(q)
+    for _ in range(3000):
+        step = planner.step(q, None, still)
+        assert (step.q >= BOTH.limits.q_min - 1e-9).all() and (step.q <= BOTH.limits.q_max + 1e-9).all()
+        assert (np.abs(step.v) <= BOTH.limits.v_max + 1e-9).all()
+        q = step.q.copy()
+    assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
+
+
 def test_a_stop_brings_both_arms_to_rest_and_keeps_the_grip(level):
     planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose"), GRIP])
     q = BOTH.neutral.copy()

@@ -25,12 +25,6 @@ class Truth(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def panda() -> ftqp.Robot:
-    """The arm as its model says."""
-    return ftqp.robots.load("panda")
-
-
-@pytest.fixture(scope="session")
 def motion(panda: ftqp.Robot) -> Any:
     """Ten seconds at 500 Hz."""
     return ftqp.exciting_motion(panda, duration=10.0, dt=0.002)
