@@ -299,6 +299,13 @@ int main(int, char **arguments) {
     std::array<double, 16> T{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.1, 0, 0, 0, 1};
     p.tool(T);
     p.own_tip();
+    std::array<double, 16> tip{};
+    std::memcpy(tip.data(), ftqp_arm_tip, sizeof tip);
+    const std::vector<double> posture = p.posture(tip);
+    assert(posture.size() == FTQP_ARM_JOINTS);
+    p.go_to(posture);
+    T[3] = 100.0;
+    assert(p.posture(T).empty());
     try {
         p.aim(0, target);
         assert(!"there is no such task");
