@@ -238,6 +238,9 @@ look_up commands.going first
 judge_going commands.going first
     takes K:record W:going
     calls judge_going(K, W)
+begins_anew commands.going first
+    takes K:record W:going
+    calls begins_anew(K, W)
 begin_going commands.going c
     takes K:record G:given W:going J:joints q:f8[K.chain.n]
     calls begin_going(K, G, W, J, q)
