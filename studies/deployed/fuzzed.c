@@ -49,6 +49,9 @@ static double odd(void) {
 
 static void any_calls(ftqp *p, int count) {
     double q[64], v[64];
+    static ftqp_search *search;
+    if (search == NULL) search = calloc(1, 64 + ftqp_search_size());
+    ftqp_search *s = (ftqp_search *)(((uintptr_t)search + 63) / 64 * 64);
     ftqp_target target;
     for (int k = 0; k < count; k++) {
         for (int i = 0; i < 64; i++) q[i] = draw(4) ? 0.1 * (double)draw(20) - 1.0 : odd(), v[i] = odd();
@@ -67,7 +70,7 @@ static void any_calls(ftqp *p, int count) {
         ftqp_load load = {odd(), {odd(), 0.0, 0.1}, {odd(), 0.0, 0.0, 0.0, odd(), 0.0, 0.0, 0.0, odd()}};
         double error[6];
         const int what = (int)draw(4) - 1;
-        switch (draw(24)) {
+        switch (draw(25)) {
             case 0: ftqp_reset(p, draw(9) ? q : NULL, draw(2) ? v : NULL); break;
             case 1: ftqp_report(p, draw(9) ? &fault : NULL); break;
             case 2: ftqp_withdraw(p, (int)draw(70) - 2); break;
@@ -91,6 +94,8 @@ static void any_calls(ftqp *p, int count) {
                 if (status >= 0 && (sent == NULL || !isfinite(sent[0]))) abort();
                 break;
             }
+            case 19: ftqp_seek(p, draw(9) ? s : NULL, draw(9) ? numbers : NULL); break;
+            case 20: ftqp_find(draw(9) ? s : NULL, (int)draw(300), draw(9) ? q : NULL); break;
             case 10: ftqp_follow(p, draw(2) ? q : NULL, v, (int)draw(4)), ftqp_begin(p), (void)ftqp_progress(p); break;
             default: {
                 const int ticks = (int)draw(9) - 1;

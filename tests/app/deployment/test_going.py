@@ -9,6 +9,7 @@ from tests.app.deployment.test_library import Library, fault_of, numbers
 
 import ftqp
 from ftqp.app.deployment.headers import arm_file
+from ftqp.control.planner.ways.ways import Ways
 
 pytestmark = pytest.mark.long
 PANDA = ftqp.robots.load("panda")
@@ -172,3 +173,72 @@ def test_what_makes_no_posture_or_cannot_be_gone_to_is_answered_by_a_number(buil
     kept = Library(built, arm_file(ftqp.Planner(PANDA, scene=scene).deployable(), 7))
     assert kept.open() == 0 and kept.call("has", 7) == 0
     assert kept.call("go_to", numbers(AWAY)) == -34
+
+
+class Search:
+    """A search for postures in C, and the memory that it has."""
+
+    def __init__(self, arm):
+        self.code = arm.code
+        self.code.ftqp_search_size.restype = ctypes.c_size_t
+        self.room = np.full(self.code.ftqp_search_size() + 64, 255, np.uint8)
+        self.at = ctypes.c_void_p(self.room.ctypes.data + -self.room.ctypes.data % 64)
+
+    def begin(self, arm, pose):
+        return arm.call("seek", self.at, numbers(pose))
+
+    def find(self, looks, joints):
+        q = np.zeros(joints)
+        return self.code.ftqp_find(self.at, looks, numbers(q)), q
+
+
+@pytest.mark.parametrize("rows", ["pose", "position"])
+@pytest.mark.parametrize(("name", "options"), (("panda", {}), *ROBOTS))
+def test_postures_of_a_pose_are_those_of_python_whatever_has_failed(built, name, options, rows):
+    rng, robot = np.random.default_rng(5), ftqp.robots.load(name, **options)
+    task = ftqp.Task(rows=robot.default_rows if rows == "pose" else robot.default_rows[:2])
+    low, high = np.maximum(robot.limits.q_min, -2.0), np.minimum(robot.limits.q_max, 2.0)
+    both = Both(built, robot.neutral, robot=robot, task=task)
+    for _ in range(3):
+        pose = robot.pose(rng.uniform(low, high))
+        ways = Ways(both.planner, goal=pose, tolerance=(1e-3, 5e-3))
+        search = Search(both.arm)
+        assert search.begin(both.arm, pose) == 0
+        for _ in range(200):
+            expected, (found, q) = ways.find(200), search.find(200, robot.nv)
+            assert found == (0 if expected is None else 1) or (found == -44 and ways.starts == 600)
+            if expected is not None:
+                np.testing.assert_array_equal(q, expected)
+                assert np.linalg.norm((robot.pose(q) - pose)[:2, 3]) < 2e-3
+            if found < 0:
+                break
+        joint = int(rng.integers(robot.nv))
+        both.planner.report(ftqp.Locked(joint))
+        assert both.arm.call("report", fault_of(joint, LOCKED)) == 0
+
+
+def test_a_pose_is_gone_to_by_a_posture_that_was_found(built):
+    both, pose = Both(built, HOME), PANDA.pose(AWAY)
+    search = Search(both.arm)
+    assert search.begin(both.arm, pose) == 0
+    found, goal = search.find(100_000, 7)
+    assert found == 1 and np.abs(goal - AWAY).max() > 1e-3
+    both.goto = ftqp.GoTo(both.planner, q=goal)
+    assert both.arm.call("go_to", numbers(goal)) == 0
+    assert both.go() is ftqp.GoToStatus.REACHED
+    np.testing.assert_allclose(PANDA.pose(both.q), pose, atol=1e-3)
+
+
+def test_what_no_postures_can_be_looked_for_is_answered_by_a_number(built):
+    both, pose = Both(built, HOME), PANDA.pose(AWAY)
+    search = Search(both.arm)
+    assert search.find(10, 7)[0] == -45 and search.begin(both.arm, 2.0 * pose) == -40
+    assert search.find(10, 7)[0] == -45
+    assert search.begin(both.arm, pose) == 0 and search.find(0, 7)[0] == -32
+    assert both.arm.call("seek", None, numbers(pose)) == both.arm.call("seek", search.at, None) == -20
+    far = pose.copy()
+    far[0, 3] = 5.0
+    assert search.begin(both.arm, far) == 0 and search.find(10**7, 7)[0] == -44
+    assert both.arm.call("report", fault_of(2, 2)) == 0 and search.begin(both.arm, pose) == -34
+    begun = Library(built, both.arm.file)
+    assert begun.open() == 0 and search.begin(begun, pose) == -3

@@ -125,6 +125,8 @@ def test_the_folder_builds_and_runs_as_it_lies(built):
 
 
 ASKED_OF_THE_SYSTEM = {
+    "acos",
+    "exp2",
     "atan2",
     "cos",
     "sin",
@@ -298,6 +300,13 @@ int main(int, char **arguments) {
     std::array<double, 16> T{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.1, 0, 0, 0, 1};
     p.tool(T);
     p.own_tip();
+    std::array<double, 16> tip{};
+    std::memcpy(tip.data(), ftqp_arm_tip, sizeof tip);
+    const std::vector<double> posture = p.posture(tip);
+    assert(posture.size() == FTQP_ARM_JOINTS);
+    p.go_to(posture);
+    T[3] = 100.0;
+    assert(p.posture(T).empty());
     try {
         p.aim(0, target);
         assert(!"there is no such task");

@@ -130,7 +130,8 @@ FIELDS = (
     "chain.n", "chain.floating", "chain.has_inertia", "chain.lead", "chain.ratio", "chain.offset",
     "feedback.q_sent", "feedback.v_sent",
     "feedback.tau_sent", "feedback.kind", "state.a_command", "state.tau", "kinematics.has_dynamics",
-    "feedback.speed", "task.position_error", "state.dt", "kinematics.R_tip", "kinematics.o_tip",
+    "feedback.speed", "task.position_error", "state.dt", "state.is_reset",
+    "kinematics.R_tip", "kinematics.o_tip",
     "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",
     "terms.own", "terms.body", "terms.other", "terms.kind", "terms.hard", "terms.weight", "terms.error",
     "scene.obstacles", "scene.pairs", "scene.distance", "monitor.names", "monitor.worst", "monitor.found",
@@ -141,6 +142,8 @@ PATH = ("progress", "rate", "end")
 """Fields of a path's record that the C interface reads."""
 GOING = ("state", "ticks", "tolerance")
 """Fields of a motion to a posture that the C interface reads."""
+WAYS = ("ways.drawn", "ways.starts", "ways.most_starts", "ways.node", "ways.normal", "ways.c", "chain")
+"""Fields of a search that the C interface reads, and the chain that it copies."""
 GIVEN = ("samples", "may_swing", "q_min", "q_max", "v_max")
 SHOWN = {
     "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
@@ -183,7 +186,7 @@ def offset(dtype: np.dtype[Any], place: str) -> int:
 def layout_header(joints: int = JOINTS) -> str:
     """``layout.h``: what ``ftqp.c`` must know of the kernel's memory."""
     record, given = dtype("record", joints), dtype("given", joints)
-    arm, path, going = (dtype(kind, joints) for kind in ("arm", "path", "going"))
+    arm, path, going, ways = (dtype(kind, joints) for kind in ("arm", "path", "going", "ways"))
     numbers = {
         "FORMAT": FORMAT,
         "CAPACITY": joints,
@@ -203,6 +206,8 @@ def layout_header(joints: int = JOINTS) -> str:
         "SIZE_OF_FREE": dtype("free", joints).itemsize,
         "SIZE_OF_GOING": going.itemsize,
         "SIZE_OF_JOINTS": dtype("joints", joints).itemsize,
+        "SIZE_OF_WAYS": ways.itemsize,
+        **{f"SEARCH_{place.rpartition('.')[2].upper()}": offset(ways, place) for place in WAYS},
         **{f"GOING_{name.upper()}": offset(going, name) for name in GOING},
         **{f"GOING_{state.name}": int(state) for state in Going},
         "SIZE_OF_CHAIN": arm["chain"].itemsize,

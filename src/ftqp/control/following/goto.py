@@ -85,9 +85,9 @@ class GoTo:
     """
 
     __slots__ = (
-        "_ahead", "_aim", "_approach", "_asked", "_belief", "_counts", "_joints", "_least", "_leg", "_limits",
+        "_ahead", "_aim", "_approach", "_asked", "_counts", "_joints", "_least", "_leg", "_limits",
         "_looked_for", "_nearest", "_only_the_tip", "_planner", "_pose", "_refusal", "_rotation_tolerance",
-        "_settling", "_status", "_stopped", "_taken", "_ticks", "_tip", "_to_posture", "_tolerance",
+        "_settling", "_status", "_stopped", "_taken", "_tip", "_to_posture", "_tolerance",
         "_turned_back", "_view",
     )  # fmt: skip
 
@@ -165,8 +165,6 @@ class GoTo:
 
     def _begin(self) -> None:
         self._status = GoToStatus.MOVING
-        self._belief = self._view.belief
-        self._ticks = -1
         self._least = np.inf
         self._wait_anew()
         self._settling = self._turned_back = self._only_the_tip = False
@@ -211,12 +209,11 @@ class GoTo:
         Raises:
             InputError: As ``Planner.step``, or a target on the way to a posture.
         """
-        view = self._view
         if target is not None and self._to_posture:
             raise InputError(
                 "a posture takes all joints, so that there is no target next to it; leave it out"
             )
-        if self._ticks != view.ticks or self._belief != view.belief:
+        if self._joints.begins_anew():
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
         leg = self._leg
         if isinstance(leg, TipTracker):
@@ -232,7 +229,7 @@ class GoTo:
             )
         else:
             step = leg.step(q, v, tau, tip)
-        self._ticks = view.ticks
+        self._joints.goes_on()
         self._judge(step)
         return step
 
@@ -341,7 +338,6 @@ class GoTo:
             return
         if self._status is GoToStatus.HALTED:
             self._begin()
-            self._ticks = self._view.ticks
         if self._status is not GoToStatus.MOVING or step.code == HELD:
             return
         joints = self._joints

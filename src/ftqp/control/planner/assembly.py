@@ -135,6 +135,7 @@ def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solve
     facts = {
         **{name: getattr(robot.limits, name) for name in LIMITS},
         "coulomb": robot.coulomb,
+        "length": robot.length,
         "jerk": np.minimum(robot.limits.a_max / RISE_TIME, robot.limits.j_max),
         "torque_limits": int(given.limits_torque),
         "dynamic": int(given.dynamic),

@@ -54,7 +54,8 @@ class JointMotion:
         self._going.least[:n] = LEAST_ACCELERATION * robot.limits.a_max
         jerk = np.minimum(robot.limits.a_max / rise_time, robot.limits.j_max)
         self._going.jerk[:n] = ACCELERATION_SHARE * jerk
-        self._going.heavy = -1
+        self._going.heavy = self._going.ticks = -1
+        self._begins = view.bind("begins_anew", going.memory)
         self._plan = view.bind_arm("plan_going", going.memory)
         self._write = view.bind("write_going", going.memory, self.memory.memory)
         self._is_left = view.bind("is_left", going.memory)
@@ -67,6 +68,14 @@ class JointMotion:
         """The joint whose motor cannot hold the arm farther on the way; None where all can."""
         heavy = int(self._going.heavy)
         return None if heavy < 0 else self._robot.joints[heavy]
+
+    def begins_anew(self) -> bool:
+        """Whether something else is believed than a tick ago, or somebody else has led the planner."""
+        return bool(self._begins())
+
+    def goes_on(self) -> None:
+        """The tick was this motion's."""
+        self._going.ticks = self._view.ticks
 
     def wait_anew(self) -> None:
         """Wait for the arm to come nearer, from now on."""

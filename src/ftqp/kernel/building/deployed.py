@@ -180,7 +180,7 @@ def exported(header: Path) -> list[str]:
     text = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.S)
     text = text.partition("static inline")[0]
     return sorted(
-        set(re.findall(r"^(?:int|double|const double \*|const char \*)\s*(ftqp_\w+)\(", text, re.M))
+        set(re.findall(r"^(?:int|size_t|double|const double \*|const char \*)\s*(ftqp_\w+)\(", text, re.M))
     )
 
 

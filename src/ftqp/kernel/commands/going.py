@@ -324,7 +324,7 @@ def _believes_anew(K: Any, W: Any) -> bool:
 
 @jit
 def _begin_anew(K: Any, W: Any) -> None:
-    """A joint has failed or works again, or something else has led the planner."""
+    """Forget what was planned and seen on the way, and ask for the whole task."""
     W.begun, W.looks, W.heavy, W.state = -1, 1, -1, GOING_MOVING
     wait_anew(W)
     K.task.late = 0
@@ -333,11 +333,19 @@ def _begin_anew(K: Any, W: Any) -> None:
 
 
 @jit
+def begins_anew(K: Any, W: Any) -> bool:
+    """Whether a joint has failed or works again, or something else has led the planner: all begins anew."""
+    news = _believes_anew(K, W)
+    if W.ticks == K.state.ticks and not news:
+        return False
+    _begin_anew(K, W)
+    return True
+
+
+@jit
 def lead_going(K: Any, A: Any, W: Any, J: Any) -> None:
     """Before a tick: plan where that is due, and lead the joints."""
-    news = _believes_anew(K, W)
-    if W.ticks != K.state.ticks or news:
-        _begin_anew(K, W)
+    begins_anew(K, W)
     if W.begun != K.state.ticks or W.speed != K.feedback.speed:
         W.speed, W.t = K.feedback.speed, 0.0
         plan_going(K, A, W, 1)

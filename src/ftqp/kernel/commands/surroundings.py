@@ -20,7 +20,7 @@ NO_GOAL = 2
 
 
 @jit
-def _is_pose(T: Any) -> bool:
+def is_pose(T: Any) -> bool:
     """Whether 16 numbers by rows are a pose."""
     for k in range(16):
         if not is_finite(T[k]):
@@ -31,7 +31,7 @@ def _is_pose(T: Any) -> bool:
 @jit
 def hold(chain: Any, given: Any, T: Any) -> int:
     """The controlled point is at T, (16,), in the frame of the robot's own tip: 0, or NO_POSE."""
-    if not _is_pose(T):
+    if not is_pose(T):
         return NO_POSE
     R, t = given.tip_rotation, given.tip_translation
     for r in range(3):
@@ -122,7 +122,7 @@ def aim(terms: Any, given: Any, t: int, target: Any) -> int:
         if not is_finite(target[k]):
             return NO_POSE
     if terms.rows[t] & TURNS != 0:
-        if not _is_pose(target):
+        if not is_pose(target):
             return NO_POSE
     elif not (is_finite(target[3]) and is_finite(target[7]) and is_finite(target[11])):
         return NO_POSE
@@ -156,7 +156,7 @@ def aim_joints(terms: Any, t: int, n: int, q: Any) -> int:
 @jit
 def move_thing(scene: Any, k: int, T: Any, twist: Any) -> int:
     """Thing k of the scene is at T, (16,), and goes on with a twist along W, (6,): 0, or NO_POSE."""
-    if not _is_pose(T):
+    if not is_pose(T):
         return NO_POSE
     for i in range(6):
         if not is_finite(twist[i]):

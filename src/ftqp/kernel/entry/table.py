@@ -238,6 +238,9 @@ look_up commands.going first
 judge_going commands.going first
     takes K:record W:going
     calls judge_going(K, W)
+begins_anew commands.going first
+    takes K:record W:going
+    calls begins_anew(K, W)
 begin_going commands.going c
     takes K:record G:given W:going J:joints q:f8[K.chain.n]
     calls begin_going(K, G, W, J, q)
@@ -320,13 +323,22 @@ self_speed_tracks entry.study_entries nogil
 know_arm search.known_arm demo nogil
     takes W:ways K:record whole
     calls know_arm(W, K, whole)
+draw_about search.asking demo nogil
+    takes W:ways q:f8[W.chain.n] seed
+    calls draw_about(W, q, seed)
+choose_rows search.asking demo nogil
+    takes W:ways rows has_axis
+    calls choose_rows(W, rows, has_axis)
+aim_at search.asking demo nogil
+    takes W:ways goal:f8[16]
+    calls aim_at(W, goal)
 begin_ways search.motion demo nogil
     takes W:ways q:f8[W.chain.n]
     calls begin_search(W, q)
 add_goal search.trees demo nogil
     takes W:ways q:f8[W.chain.n]
     calls add_goal(W, q)
-find_posture search.trees demo nogil
+find_posture search.trees demo nogil c
     takes W:ways looks
     calls find_posture(W, looks)
 explore search.trees demo nogil
@@ -345,6 +357,9 @@ deployed_step ticks.steps c
     takes K:record G:given F:free q:f8[K.chain.n] v:f8[K.chain.n] target:f8[TARGET_SIZE] ticks
           work:f8[TARGET_SIZE+2*K.chain.n]
     calls deployed_step(K, G, F, q, v, target, ticks, work)
+deployed_seek search.asking c
+    takes W:ways K:record G:given goal:f8[16]
+    calls seek(W, K, G, goal)
 deployed_go ticks.steps c
     takes K:record A:arm W:going J:joints q:f8[K.chain.n] v:f8[K.chain.n]
     calls deployed_go(K, A, W, J, q, v)

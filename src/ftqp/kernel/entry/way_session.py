@@ -46,6 +46,18 @@ class WaySession:
         self._bind("know_arm", session.memory)(whole)
         self.n = int(self.K.chain.n)
 
+    def draw_about(self, q: FloatArray, seed: int) -> None:
+        """Draw starts about a posture, (nv,)."""
+        self._bind("draw_about", np.ascontiguousarray(q))(seed)
+
+    def choose_rows(self, bits: int, tool: bool) -> None:
+        """Let these rows of poses count, and of the turn that of the tool axis alone, if that is said."""
+        self._bind("choose_rows")(bits, int(tool))
+
+    def aim(self, goal: FloatArray) -> None:
+        """Let the goal be a pose of the tip, (4, 4), and starts for its postures begin anew."""
+        self._bind("aim_at", np.ascontiguousarray(goal))()
+
     def begin(self, start: FloatArray) -> Met | None:
         """Begin at a posture, (nv,); what stands in its way."""
         return self._said(self._bind("begin_ways", np.ascontiguousarray(start))())

@@ -119,6 +119,7 @@ given  What a planner was made with, as far as what it is given later needs it.
     swings  i8  a joint swings freely now
     body  i8  that moves with the robot's own tip, here without a load
     body_mass body_lever body_stoutness  f8
+    length  f8  the characteristic length of the arm
     tip_rotation  f8[9]  the robot's own tip in the frame of its joint
     tip_translation  f8[3]  the same
     body_com  f8[3]

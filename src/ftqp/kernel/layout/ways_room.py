@@ -89,6 +89,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     q_min q_max v_max a_max tau_max  f8[N]
     start  f8[N]
     goal  f8[12]  rows of the goal's pose
+    tool  f8[9]  rotation whose z is the tool axis, in the tip frame
     tube_pose  f8[POSES,12]
     path followed  i8  poses of the rest of a path, and the last of them that was come to from ``follows``
     path_pose  f8[POSES,12]

@@ -83,6 +83,8 @@ def know_arm(K: Any, P: Any, whole: int) -> None:
         W.q_min[j], W.q_max[j], W.v_max[j] = limits.q_min[j], limits.q_max[j], limits.v_max[j]
         W.a_max[j], W.tau_max[j] = limits.a_brake[j], limits.tau_max[j] if works else inf
         W.free[j] = 1 if works and chain.lead[j] == j else 0
+    for k in range(9):
+        W.tool[k] = P.task.axis[k]
     W.weighs = 1 if chain.has_inertia and _may_be_too_heavy(K) else 0
     W.keep, W.share = K.scene.keep if K.scene.pairs > 0 else ALONE, 1.0
     _choose_pairs(K, whole)

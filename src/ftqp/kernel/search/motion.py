@@ -394,7 +394,7 @@ def search_step(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
     return int(W.stage)
 
 
-@jit
+@part_jit
 def begin_search(K: Any, q: Any) -> int:
     """Begin at a posture: what stands in its way, see ``obstruction``."""
     W = K.ways

@@ -337,7 +337,7 @@ def _lead_near(K: Any) -> None:
             W.left, W.vain, W.last = s, 0, add_node(K, 0, W.end, W.last)
 
 
-@jit
+@part_jit
 def find_posture(K: Any, looks: int) -> int:
     """Look for a clear posture of the goal for about so many looks: whether ``drawn`` is one."""
     W = K.ways

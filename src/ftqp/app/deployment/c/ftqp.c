@@ -10,6 +10,7 @@
 
 #define MAGIC "FTQPARM"
 #define OPEN UINT64_C(0x7166747071667470)
+#define SEEKS UINT64_C(0x6b65657371747466)
 #define LINE(bytes) (((bytes) + 63u) & ~(uint64_t)63u)
 #define AT(pointer) ((int64_t)(uintptr_t)(pointer))
 
@@ -38,6 +39,8 @@ int64_t KERNEL(ask_for_brake)(int64_t, int64_t);
 int64_t KERNEL(hold)(int64_t, int64_t, int64_t);
 int64_t KERNEL(begin_going)(int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(deployed_go)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(deployed_seek)(int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(find_posture)(int64_t, int64_t);
 int64_t KERNEL(aim)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(aim_joints)(int64_t, int64_t, int64_t);
 int64_t KERNEL(move_thing)(int64_t, int64_t, int64_t, int64_t);
@@ -251,6 +254,22 @@ int ftqp_open_for(ftqp *p, const void *file, size_t bytes, int joints, uint64_t 
     if (code) return code;
     if ((uint32_t)joints != head.joints || fingerprint != head.fingerprint) return FTQP_OTHER_ARM;
     return ftqp_open(p, file, bytes);
+}
+
+/* What a search begins with; behind it lies its record. */
+struct ftqp_search {
+    uint64_t seeks;
+    int32_t joints;
+};
+
+enum { SEARCH = LINE(sizeof(ftqp_search)) };
+
+static char *record_of(const ftqp_search *s) { return (char *)(uintptr_t)s + SEARCH; }
+
+static int64_t number_of(const ftqp_search *s, uint64_t offset) {
+    int64_t number;
+    memcpy(&number, record_of(s) + offset, sizeof number);
+    return number;
 }
 
 /* The joint whose motor moves joint i: itself, or the leader that it mimics. */
@@ -467,6 +486,46 @@ int ftqp_speed(ftqp *p, double share) {
 /* Whether nothing is kept that a straight way to a posture might come too near to. */
 static int may_go(const ftqp *p) { return !whole(p, p->record, SCENE_PAIRS) && !whole(p, p->record, KEEPS_ASKED); }
 
+size_t ftqp_search_size(void) { return SEARCH + SIZE_OF_WAYS; }
+
+/* What the kernel says of numbers that it was told. */
+static int told(int64_t code) {
+    const int said[] = {0, FTQP_NO_POSE, FTQP_UNSUPPORTED};
+    return code < 0 || code > 2 ? FTQP_INTERNAL : said[code];
+}
+
+int ftqp_seek(const ftqp *p, ftqp_search *s, const double *pose) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (s == NULL || pose == NULL) return FTQP_NULL;
+    if ((uintptr_t)s % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    if (!may_go(p)) return FTQP_UNSUPPORTED;
+    if (!whole(p, p->record, STATE_IS_RESET)) return FTQP_NOT_RESET;
+    double own[16];
+    memcpy(own, pose, sizeof own);
+    memset(s, 0, sizeof *s);
+    memset(record_of(s), 0, SEARCH_NODE); /* trees and motions are of ways round: their memory is not touched */
+    memset(record_of(s) + SEARCH_NORMAL, 0, SEARCH_C - SEARCH_NORMAL);
+    memset(record_of(s) + SEARCH_CHAIN, 0, SIZE_OF_WAYS - SEARCH_CHAIN);
+    memcpy(record_of(s) + SEARCH_CHAIN, part(p, p->record + RECORD_CHAIN), SIZE_OF_CHAIN);
+    const int begun = told(KERNEL(deployed_seek)(AT(record_of(s)), AT(part(p, p->record)), AT(part(p, p->given)), AT(own)));
+    s->joints = p->joints;
+    s->seeks = begun ? 0 : SEEKS;
+    return begun;
+}
+
+int ftqp_find(ftqp_search *s, int looks, double *q) {
+    if (s == NULL || q == NULL) return FTQP_NULL;
+    if ((uintptr_t)s % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    if (s->seeks != SEEKS) return FTQP_NO_GOAL;
+    if (looks < 1) return FTQP_BAD_TICKS;
+    if (KERNEL(find_posture)(AT(record_of(s)), looks)) {
+        memcpy(q, record_of(s) + SEARCH_DRAWN, (size_t)s->joints * sizeof *q);
+        return 1;
+    }
+    return number_of(s, SEARCH_STARTS) < number_of(s, SEARCH_MOST_STARTS) ? 0 : FTQP_NO_POSTURE;
+}
+
 /* Whether a posture was given. */
 static int has_goal(const ftqp *p) { return *(const double *)part(p, p->going + GOING_TOLERANCE) > 0.0; }
 
@@ -566,12 +625,6 @@ int ftqp_carry(ftqp *p, const ftqp_load *load) {
     if (p->samples) KERNEL(sample_reserve)(AT(part(p, p->arm)), AT(part(p, p->rows)), p->samples);
     count_on(p);
     return 0;
-}
-
-/* What the kernel says of numbers that it was told. */
-static int told(int64_t code) {
-    const int said[] = {0, FTQP_NO_POSE, FTQP_UNSUPPORTED};
-    return code < 0 || code > 2 ? FTQP_INTERNAL : said[code];
 }
 
 int ftqp_tool(ftqp *p, const double *T) {
@@ -807,7 +860,7 @@ const char *ftqp_status_name(int status) {
         case FTQP_NO_JOINT: return "the arm has no such joint, or that joint has no motor; see arm.h";
         case FTQP_BAD_FAULT: return "a number of the fault is out of its range; see ftqp_fault in ftqp.h";
         case FTQP_BAD_LOAD: return "no rigid body has that mass and inertia, or no arm carries it";
-        case FTQP_BAD_TICKS: return "ticks is below 1, expected how many periods the last step is ago";
+        case FTQP_BAD_TICKS: return "ticks is below 1, expected how many periods the last step is ago; or looks is";
         case FTQP_NOT_FINITE: return "the start is not finite";
         case FTQP_BAD_SPEED: return "the speed is not in (0, 1], a share of the path's own";
         case FTQP_OTHER_ARM: return "the arm's file is of another arm than arm.h; take both from one build";
@@ -818,8 +871,8 @@ const char *ftqp_status_name(int status) {
         case FTQP_BAD_WEIGHT: return "the weight is below 0 or not finite, or, on level 0, neither 0 nor 1";
         case FTQP_NOT_FREE: return "that joint is not believed to swing freely; report it as locked if it stands";
         case FTQP_PROCESSOR: return "this processor lacks instructions that the library uses; build it for a lower class, --cpu";
-        case FTQP_NO_POSTURE: return "a posture is not finite, or puts a joint outside its range in arm.h";
-        case FTQP_NO_GOAL: return "no posture was given to go to; call ftqp_go_to before ftqp_go";
+        case FTQP_NO_POSTURE: return "a posture is not finite, or puts a joint outside its range in arm.h; or a pose has none";
+        case FTQP_NO_GOAL: return "no goal was given; call ftqp_go_to before ftqp_go, and ftqp_seek before ftqp_find";
         case FTQP_UNSUPPORTED: return "this build, or this arm, does not have that; see bill.json";
         case FTQP_INTERNAL: return "compiled code has failed, which is a defect of ftqp; please report it";
         default: return "no status of ftqp";

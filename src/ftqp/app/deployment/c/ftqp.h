@@ -58,7 +58,7 @@ enum {
     FTQP_NO_JOINT = -29,   /* the arm has no such joint, or it has no motor */
     FTQP_BAD_FAULT = -30,  /* a number of the fault is out of its range */
     FTQP_BAD_LOAD = -31,   /* no rigid body has that mass and inertia */
-    FTQP_BAD_TICKS = -32,  /* ticks is below 1 */
+    FTQP_BAD_TICKS = -32,  /* ticks, or looks, is below 1 */
     FTQP_NOT_FINITE = -33, /* a start that is not finite */
     FTQP_UNSUPPORTED = -34, /* this build or this arm does not have it */
     FTQP_BAD_SPEED = -35,  /* a speed is not in (0, 1] */
@@ -70,8 +70,8 @@ enum {
     FTQP_BAD_WEIGHT = -41, /* a weight is below 0, or of a task on level 0 neither 0 nor 1 */
     FTQP_NOT_FREE = -42,   /* a joint whose brake shall close is not believed to swing freely */
     FTQP_PROCESSOR = -43,  /* the library was built for a processor with more instructions */
-    FTQP_NO_POSTURE = -44, /* a posture is not finite, or puts a joint outside its range */
-    FTQP_NO_GOAL = -45,    /* ftqp_go was called before ftqp_go_to */
+    FTQP_NO_POSTURE = -44, /* a posture is not finite, or puts a joint outside its range; or a pose has none */
+    FTQP_NO_GOAL = -45,    /* ftqp_go was called before ftqp_go_to, or ftqp_find before ftqp_seek */
     FTQP_INTERNAL = -999   /* a defect of ftqp */
 };
 
@@ -93,6 +93,9 @@ enum {
 
 /* A planner: memory of ftqp_size bytes that you own, aligned to FTQP_ALIGNMENT. */
 typedef struct ftqp ftqp;
+
+/* A search for postures: memory of ftqp_search_size bytes that you own, aligned to FTQP_ALIGNMENT. */
+typedef struct ftqp_search ftqp_search;
 
 /* Where the end effector should be now. */
 typedef struct ftqp_target {
@@ -153,7 +156,7 @@ enum {
     FTQP_HAS_THINGS = 4,      /* things in its scene that can be moved */
     FTQP_HAS_MASSES = 5,      /* ftqp_tau, ftqp_carry */
     FTQP_HAS_FREE_JOINTS = 6, /* faults of kind FTQP_FREE_SWINGING */
-    FTQP_HAS_GOALS = 7        /* ftqp_go_to: postures, gone to straight. No library looks for ways round, as ftqp.GoTo does */
+    FTQP_HAS_GOALS = 7        /* ftqp_go_to, ftqp_seek: postures, gone to straight. No library looks for ways round, as ftqp.GoTo does */
 };
 
 /* Where an arm stands on its way to a posture. */
@@ -222,6 +225,20 @@ int ftqp_go(ftqp *p, const double *q, const double *v);
 /* Where the arm stands on its way, as it was measured for the last ftqp_go: FTQP_MOVING and others, or a mistake.
    Joints that are within 1 mrad or 1 mm of their goal have reached it. */
 int ftqp_arrived(const ftqp *p);
+
+/* How many bytes a search for postures takes. Nine in ten are not touched, and mostly no memory of the system then. */
+size_t ftqp_search_size(void);
+
+/* Begin to look for postures for a pose of the end effector, 16 numbers by rows, with the rows that the task has now: of
+   the joints that work, from the planner's own positions, within what is believed of ranges and motors. 0, or a mistake:
+   FTQP_UNSUPPORTED where distances are kept, a joint swings freely, or the arm is not one chain. Begin anew when a joint
+   fails: what was found before does not know of that. */
+int ftqp_seek(const ftqp *p, ftqp_search *s, const double *pose);
+
+/* Look on for about so many looks at postures, 1 and more: 1, and a posture in q, n numbers for ftqp_go_to, looked for
+   from the arm on and then farther away; 0: not yet, call it again, in the next period if you like; FTQP_NO_POSTURE: no more were found. Looks of
+   any number find the same. Postures come within 1 mm and 5 mrad of the pose, mostly nearer by far. */
+int ftqp_find(ftqp_search *s, int looks, double *q);
 
 /* How fast the path is led, in (0, 1] of its own speed; FTQP_UNSUPPORTED in builds without one. */
 int ftqp_speed(ftqp *p, double share);

@@ -67,7 +67,7 @@ public:
     Planner copy() const {
         Planner other;
         other.size_ = size_;
-        other.memory_.reset(static_cast<unsigned char *>(::operator new(size_, std::align_val_t{FTQP_ALIGNMENT})));
+        other.memory_ = taken(size_);
         std::memcpy(other.memory_.get(), memory_.get(), size_);
         return other;
     }
@@ -96,6 +96,18 @@ public:
     template <class Q> Status go(const Q &q) { return status(ftqp_go(get(), data(q), nullptr)); }
     template <class Q, class V> Status go(const Q &q, const V &v) { return status(ftqp_go(get(), data(q), data(v))); }
     int arrived() const { return checked(ftqp_arrived(get())); }
+
+    // A posture for a pose, in at most so many looks; empty where none was found. It allocates memory of its own.
+    std::vector<double> posture(const std::array<double, 16> &pose, int looks = 10000) const {
+        const Memory memory = taken(ftqp_search_size());
+        ftqp_search *search = reinterpret_cast<ftqp_search *>(memory.get());
+        check(ftqp_seek(get(), search, pose.data()));
+        std::vector<double> q(static_cast<std::size_t>(joints()));
+        const int found = ftqp_find(search, looks, q.data());
+        if (found == 0 || found == FTQP_NO_POSTURE) return {};
+        checked(found);
+        return q;
+    }
 
     void report(const ftqp_fault &fault) { check(ftqp_report(get(), &fault)); }
     int believed(int joint) const { return checked(ftqp_believed(get(), joint)); }
@@ -169,6 +181,10 @@ private:
             ::operator delete(memory, std::align_val_t{FTQP_ALIGNMENT});
         }
     };
+    using Memory = std::unique_ptr<unsigned char, Free>;
+    static Memory taken(std::size_t bytes) {
+        return Memory(static_cast<unsigned char *>(::operator new(bytes, std::align_val_t{FTQP_ALIGNMENT})));
+    }
     static std::vector<char> read(const std::string &path) {
         std::ifstream in(path, std::ios::binary);
         if (!in) throw std::runtime_error(path + " cannot be read");
@@ -176,7 +192,7 @@ private:
     }
     void make(const void *file, std::size_t bytes) {
         check(ftqp_size(file, bytes, &size_));
-        memory_.reset(static_cast<unsigned char *>(::operator new(size_, std::align_val_t{FTQP_ALIGNMENT})));
+        memory_ = taken(size_);
     }
     template <class T> auto data(T &numbers) const {
         if constexpr (std::is_pointer_v<T> || std::is_null_pointer_v<T>) {
@@ -197,7 +213,7 @@ private:
     static Status status(int code) { return static_cast<Status>(checked(code)); }
 
     std::size_t size_ = 0;
-    std::unique_ptr<unsigned char, Free> memory_;
+    Memory memory_;
 };
 
 }  // namespace ftqp_cpp

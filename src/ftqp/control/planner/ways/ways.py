@@ -18,8 +18,6 @@ from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.thresholds import LEAST_ACCELERATION, RISE_TIME
 from ftqp.kernel.layout.ways_room import WayStage
 
-STARTS: Final = 600
-"""Newton starts for postures of a goal. 4,000 more brought no further clear posture in 1,373 cases."""
 SLACK: Final = 2e-3
 """Between places the tip leaves a tube by this at most [m], or by a tenth of how wide it is where that is
 less: a task's usual tolerance."""
@@ -33,8 +31,6 @@ TOLERANCE: Final = 1e-6
 LINE, LEAP = 60, 0.3
 """The straight way of the tip is followed in so many places, and from one to the next joints go this far at
 most [rad or m]. Guesses."""
-TURN: Final = 2.0 * np.pi
-"""Goal postures are looked for within a turn of each joint from where it is. A convention."""
 
 
 def refusal(planner: Any, rows: Any = None, *, stays: bool = False) -> str:
@@ -125,13 +121,11 @@ class Ways:
         self._start: FloatArray = planner.view().command.q if start is None else start
         W.effort, W.length, W.most = effort, robot.length, most
         W.tolerance[:] = tolerance[0], robot.length * tolerance[1]
-        W.shortening, W.most_starts, W.nears = shortening, STARTS, nears
-        W.first, W.second = 1 + 7919 * seed, 1 + 104729 * seed
+        W.shortening, W.nears = shortening, nears
         W.dt, W.speed = planner.dt, planner.pace
         W.a_max[:n] = np.maximum(W.a_max[:n], LEAST_ACCELERATION * robot.limits.a_max)
         W.rise = max(rise_time, float((W.a_max[:n] / robot.limits.j_max)[W.free[:n] > 0].max(initial=0.0)))
-        W.low[:n] = np.maximum(W.q_min[:n], self._start - TURN)
-        W.high[:n] = np.minimum(W.q_max[:n], self._start + TURN)
+        self._session.draw_about(self._start, seed)
         self._tool = np.eye(4)
         if goal is not None or tube is not None or path is not None:
             self._choose_rows(planner.kept_rows if rows is None else rows)
@@ -167,17 +161,13 @@ class Ways:
     def _choose_rows(self, rows: Any) -> None:
         """Let these rows of poses count."""
         self._names, tool = task_rows(self._planner.robot, rows)
-        W, chain = self.W, self._session.K.chain
-        W.has_axis, W.rows = tool, sum(1 << COMPONENTS.index(name) for name in self._names)
-        W.goal_rows = W.rows
-        if tool:  # the axis of the tool is the z axis of the frame that is looked at
-            self._tool = T = transform(axis_frame(self._planner.task.axis), np.zeros(3))
-            chain.tip_rotation[:] = (chain.tip_rotation.reshape(3, 3) @ T[:3, :3]).ravel()
+        self._session.choose_rows(sum(1 << COMPONENTS.index(name) for name in self._names), tool)
+        if tool:
+            self._tool = transform(axis_frame(self._planner.task.axis), np.zeros(3))
 
     def aim(self, goal: Any) -> None:
         """Let the goal be a pose of the tip, and starts for its postures begin anew."""
-        self.W.has_goal, self.W.starts = 1, 0
-        self.W.goal[:] = (goal_pose(goal, self._names) @ self._tool)[:3].ravel()
+        self._session.aim(goal_pose(goal, self._names))
 
     def find(self, looks: int) -> FloatArray | None:
         """A further clear posture of the goal, (nv,), within about so many looks; None: not found yet."""
