@@ -45,6 +45,12 @@ def missed_joints(robot: Robot, way: FloatArray, faults: Mapping[str, Fault], to
     ]
 
 
+def overlap(distances: Mapping[tuple[str, str], Any]) -> list[str]:
+    """The two bodies that are kept apart and overlap most, in words; none where none do."""
+    least, pair = min(((float(d), pair) for pair, d in distances.items()), default=(0.0, ("", "")))
+    return [f"{pair[0]} and {pair[1]} overlap by {-1e3 * least:.3g} mm"] if least < 0.0 else []
+
+
 def posture_inside(robot: Robot, q: Any) -> FloatArray:
     """The posture, if it is within the limits of every joint."""
     goal = robot.angles(q)
