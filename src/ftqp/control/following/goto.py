@@ -12,6 +12,7 @@ from ftqp.control.following.goto_status import (
     is_held,
     missed_by,
     missed_joints,
+    overlap,
     posture_inside,
 )
 from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
@@ -293,20 +294,25 @@ class GoTo:
 
     @property
     def _missed(self) -> list[str]:
-        """What the arm, as it is measured, misses of its goal: its joints, and then the tip."""
+        """What touches, and what the arm, as it is measured, misses of its goal: joints, and then the tip."""
         view, joints, robot = self._view, self._joints, self._planner.robot
         measured, whose = view.measured, "goal"
+        said = overlap(self._planner.distances(measured)) if self._planner.clearance else []
         way = joints.way_from(measured)
         if not self._to_posture:  # its joints are at fault where they are not where they were sent
             led = self._status is GoToStatus.UNREACHABLE
             way, whose = joints.way_from(measured) - joints.way if led else np.zeros(len(measured)), "command"
         off = missed_joints(robot, way, self._planner.faults, self._tolerance)
-        turns = self._to_posture or any(row.startswith("r") for row in self._planner.task_rows)
-        tip = missed_by(
-            *self._errors_at(measured), (self._tolerance, self._rotation_tolerance if turns else np.inf)
-        )
-        said = [f"off their {whose} are {', '.join(off)}"] if off else []
+        tip = self._missed_by_tip
+        said += [f"off their {whose} are {', '.join(off)}"] if off else []
         return [*said, f"{self._who} is {tip} from it"] if tip else said
+
+    @property
+    def _missed_by_tip(self) -> str:
+        """By how much the tip, as it is measured, misses its goal; empty where it does not."""
+        turns = self._to_posture or any(row.startswith("r") for row in self._planner.task_rows)
+        tolerances = self._tolerance, self._rotation_tolerance if turns else np.inf
+        return missed_by(*self._errors_at(self._view.measured), tolerances)
 
     @property
     def note(self) -> str:
@@ -430,8 +436,10 @@ class GoTo:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
         nears = self._leg is self._joints and self._joints.only_nears
         if self._is_on_other_way and not nears:
-            self._go_straight()
-            return
+            if self._missed_by_tip:
+                self._go_straight()
+                return
+            measured = 0.0
         there = measured <= 1.0 and self._aim is self._pose and not nears
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 

@@ -187,9 +187,10 @@ class JointTracker:
         self._plays, self._rate, self._t = False, 1.0, 0.0
         self._motion.goal = self._goal
         self._scene = self._scene_now
-        self._motion.plan(self._speed)
         if self.blocked is None and (self._asked or (self._seeks and self.planner.avoids and not goes_on)):
             self._turn_round()
+        else:
+            self._motion.plan(self._speed)
 
     def _think(self) -> None:
         """Think of a way, or prove what is left of the motion, for a tick."""
@@ -198,7 +199,7 @@ class JointTracker:
             if not self._proof.is_searching:
                 is_free, self._proof = self._proof.is_free, None
                 if not is_free:
-                    self._turn_round()
+                    self._turn_round(is_free=False)
         elif self._ways is not None:
             self._look_round()
         elif self._scene != self._scene_now and self.blocked is None:
@@ -215,10 +216,10 @@ class JointTracker:
         ways.prove_again(self._motion.table, min(int(self._t / self.planner.dt), len(self._motion.table) - 1))
         self._proof = ways
 
-    def _turn_round(self) -> None:
-        """Come to rest, and look for a way from there meanwhile."""
+    def _turn_round(self, *, is_free: bool = True) -> None:
+        """Come to rest, and look for a way from there meanwhile; the scene ``is_free`` as it was proven."""
         self._plays, self._rate, self._t, self._proof = False, 1.0, 0.0, None
-        self._rest = self._motion.halt()
+        self._rest = self._motion.halt(is_free=is_free)
         goals, asked = [self._rest + self._motion.way_from(self._rest, self._goal)], dict(self._asked)
         if "goal" in asked:
             self._goal, goals = self._rest.copy(), []
@@ -247,7 +248,7 @@ class JointTracker:
         assert ways is not None and rest is not None
         if self._scene != self._scene_now:
             self._scene = self._scene_now
-            self._turn_round()
+            self._turn_round(is_free=False)
             return
         if self._brakes > 0.0 and self.view.command.v[~self.view.working].any():
             self._brakes -= self.planner.dt

@@ -113,10 +113,15 @@ class JointMotion:
         self._working = np.flatnonzero(self._view.working)
         self.goal, self._going.heavy = table[-1].copy(), -1
 
-    def halt(self) -> FloatArray:
-        """Plan to come to rest from the last command: where, (nv,) [rad or m]."""
+    def halt(self, *, is_free: bool = True) -> FloatArray:
+        """Plan to come to rest from the last command: where, (nv,) [rad or m].
+
+        Where what is around ``is_free`` as before, bodies may come as near as on the motion before.
+        """
         end: FloatArray = self._view.command.q
+        spared = self._joints.spared if is_free else 0.0
         self.plan(goes=False)
+        self._joints.spared = spared
         end[self._working] = self._at(self.duration).q
         return end
 

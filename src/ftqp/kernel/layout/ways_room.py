@@ -83,6 +83,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     before  f8  what is cut from the leg that comes
     fine  f8  longest interval of time scaling [rad or m]
     cut  f8  so much of the piece ``paced`` is cut into intervals [rad or m]
+    held holds  f8  no interval is faster than this s'^2, for so much longer [s]
     tip_speed tip_acceleration  f8[2]  of a straight way, linear and angular
     free  i8[N]  joints that work
     low high  f8[N]  between which starts are drawn
