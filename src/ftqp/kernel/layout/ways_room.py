@@ -122,7 +122,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     stretch  f8[STRETCHES,2]  memory: begin and end of those of an edge
     e  f8[6]  the tip's error
     A  f8[6,N]  and its Jacobian
-    M  f8[6,7]  memory
+    M  f8[6,6]  memory
+    y  f8[6]  memory: of a step
     mass  f8[N]  memory: behind a joint
     moment  f8[N,3]
     torque  f8[N]
