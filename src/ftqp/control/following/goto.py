@@ -16,8 +16,7 @@ from ftqp.control.following.goto_status import (
     posture_inside,
 )
 from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
-from ftqp.control.following.tip_tracker import HELD_BACK, TipTracker
-from ftqp.control.following.tracked_frame import FrameOfTip
+from ftqp.control.following.tip_tracker import HELD_BACK, FrameOfTip, TipTracker
 from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
@@ -181,7 +180,7 @@ class GoTo:
     def _wait_anew(self) -> None:
         """Wait for the arm to come nearer, from now on."""
         self._approach.begin()
-        self._joints.wait_anew()
+        self._joints.motion.wait_anew()
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -285,7 +284,7 @@ class GoTo:
             return ONLY_THE_TIP if self._only_the_tip else self._status.value
         if self._status is GoToStatus.HALTED:
             return "; ".join([with_reason(self._status.value, self._planner.stopped_because), *self._missed])
-        heavy = self._joints.too_heavy
+        heavy = self._joints.motion.too_heavy
         weak = [] if heavy is None else [f"{heavy} is too weak to hold the arm farther on"]
         blocked = self._joints.blocked
         why = weak + ([] if blocked is None else [blocked])

@@ -6,7 +6,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.following.path_follower import PathStatus
-from ftqp.control.following.tracked_frame import FrameOfTask
+from ftqp.control.following.tip_tracker import FrameOfTask
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
@@ -54,18 +54,8 @@ class TaskPaths:
     """
 
     __slots__ = (
-        "_duration",
-        "_frames",
-        "_leash",
-        "_paths",
-        "_planner",
-        "_progress",
-        "_rate",
-        "_standing",
-        "_targets",
-        "_tip",
-        "_turn_leash",
-        "_worst",
+        "_duration", "_frames", "_leash", "_paths", "_planner", "_progress", "_rate", "_standing", "_targets",
+        "_tip", "_turn_leash", "_worst",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner")
