@@ -178,7 +178,6 @@ class GoTo:
             self._joints.seek(None, straight=self._limits, nears=True, **self._asked)
 
     def _wait_anew(self) -> None:
-        """Wait for the arm to come nearer, from now on."""
         self._approach.begin()
         self._joints.motion.wait_anew()
 
@@ -376,16 +375,16 @@ class GoTo:
         if approach.is_nearer(distance):
             return
         if tip is not None and not self._settling and not held_back and tip.reference.twist.any():
-            approach.rests_from_now()  # the reference is as slow as it is to be
+            approach.wait(for_rest=True)  # the reference is as slow as it is to be
         waited = approach.waited
         if tip is not None and not self._settling:
             if waited > PATIENCE or tip.frame.holds(step):
                 if measured > 1.0 and self._goes_round():
                     return
                 self._settling = True  # the reference goes on and stands
-                approach.waits_from_now()
+                approach.wait()
         elif tip is not None and tip.reference.twist.any():
-            approach.rests_from_now()
+            approach.wait(for_rest=True)
         elif approach.stood > PATIENCE:
             self._rest(measured)
         elif waited > RESTLESS_PATIENCE:

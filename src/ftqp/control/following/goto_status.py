@@ -94,13 +94,9 @@ class ConvergenceMonitor:
         self._best = np.inf
         self._since = self._slow = self._there = 0
 
-    def rests_from_now(self) -> None:
+    def wait(self, *, for_rest: bool = False) -> None:
         """Wait anew for the arm to come nearer, and to be slow."""
-        self._since = self._slow = 0
-
-    def waits_from_now(self) -> None:
-        """Wait anew for the arm to come nearer."""
-        self._since = 0
+        self._since, self._slow = 0, 0 if for_rest else self._slow
 
     def look(self, speed: float, is_there: bool) -> None:
         """A tick: the largest speed of a joint, as a share of its limit, and whether the goal is met."""

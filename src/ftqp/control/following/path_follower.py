@@ -112,6 +112,12 @@ class PathFollower:
     planner: Fixed[Planner] = Fixed("_planner")
     path: Fixed[Path] = Fixed("_path")
     stall: Fixed[StallEscape | None] = Fixed("_stall")
+    _pattern: int | None
+    _blockage: Blockage | None
+    _bridge: Reconfiguration | None
+    _spot: Reconfiguration | None
+    _fewer: Generator[None, None, int] | None
+    _has_asked: bool
 
     def __init__(
         self,
@@ -356,11 +362,8 @@ class PathFollower:
 
     def _rest(self) -> None:
         """End the escape, and the verdict with it."""
-        self._pattern: int | None = None
-        self._blockage: Blockage | None = None
-        self._bridge: Reconfiguration | None = None
-        self._spot: Reconfiguration | None = None
-        self._fewer: Generator[None, None, int] | None = None
-        self._has_asked: bool = False
+        self._pattern = None
+        self._blockage = self._bridge = self._spot = self._fewer = None
+        self._has_asked = False
         self._state.driven = self._state.found = 0
         self._state.speed = 0.0

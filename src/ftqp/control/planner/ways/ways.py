@@ -179,8 +179,7 @@ class Ways(WaySession):
 
     def add(self, q: FloatArray) -> bool:
         """A further goal posture, any time; whether the arm may stand there."""
-        goal = np.where(self._planner.view().working, q, self._start)
-        self.met = self.add_goal(goal)
+        self.met = self.add_goal(np.where(self._planner.view().working, q, self._start))
         return self.met is None
 
     @property
@@ -220,18 +219,13 @@ class Ways(WaySession):
         return int(self.W.starts)
 
     @property
-    def postures(self) -> tuple[int, int]:
-        """How many of them came to the goal, and how many of these are clear."""
-        return int(self.W.posed), int(self.W.clear)
-
-    @property
     def sentence(self) -> str:
         """What was looked for, where there is no way."""
-        posed, clear = self.postures
+        posed, clear = int(self.W.posed), int(self.W.clear)  # postures of the goal, and those that are clear
         if self.start_blocked is not None or (not self.W.has_goal and self.met is not None):
             return str(self.start_blocked or self.sentence_of(self.met))
         if not self.W.has_goal or clear:
-            return f"no way round was found in {int(self.W.looks)} looks"
+            return f"no way round was found in {self.looks} looks"
         if not posed:
             return f"no posture was found in {self.starts} starts"
         most = self.sentence_of(self.hindrance)
