@@ -140,6 +140,12 @@ class FrameOfTask:
         return False
 
 
+def frame_of(planner: Planner, name: str) -> FrameOfTip | FrameOfTask:
+    """The frame of a task, or the tip by the name of its frame."""
+    is_tip = name in (TIP, planner.robot.tip)
+    return FrameOfTip(planner, planner.view()) if is_tip else FrameOfTask(planner, planner.view(), name)
+
+
 @final
 class TipTracker:
     """The planner's steps along a reference of the tip, or of the frame of another task.
@@ -157,10 +163,7 @@ class TipTracker:
     ) -> None:
         self.planner, self._whole = planner, whole
         self.view: PlannerView = planner.view()
-        is_tip = task is None or task in (TIP, planner.robot.tip)
-        self.frame: FrameOfTip | FrameOfTask = (
-            FrameOfTip(planner, self.view) if is_tip else FrameOfTask(planner, self.view, str(task))
-        )
+        self.frame = frame_of(planner, TIP if task is None else str(task))
         self.reference = TipReference(limits, planner.dt)
         self.on_leash = False
         self.behind = 0.0

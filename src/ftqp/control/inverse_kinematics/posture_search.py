@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.motion_validity import MotionValidity
+from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
 from ftqp.control.task.task import ROW_SETS, row_indices
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen
 from ftqp.core.errors import InputError
@@ -239,7 +239,8 @@ class PostureSearch:
         time = (np.abs(self.q - self._near) / top).max(axis=1)  # at full speed
         chosen = _spread(self.q, int(np.argmin(time)), count)
         q = self.q[chosen]
-        efforts, clear, held = passable.effort(q), passable.clearance(q), passable.at(q)
+        efforts, (clear, room) = passable.effort(q), passable.distances(q)
+        held = (efforts <= HELD) & (room > 0.0)
         at = self._working
         ends = np.minimum(q - self._low, self._high - q)[:, at]
         found = [

@@ -117,17 +117,18 @@ class JointMotion:
         self.goal, self._going.heavy = table[-1].copy(), -1
 
     def halt(self, *, is_free: bool = True) -> FloatArray:
-        """Plan to come to rest from the last command, all joints at the same time: where, (nv,) [rad or m].
+        """Plan to come to rest from the last command: where, (nv,) [rad or m].
 
-        So they stay near the way that they were on. Where what is around ``is_free`` as before, bodies may
-        come as near as on the motion before.
+        Beside a joint that has failed and brakes all come to rest at the same time, so that they stay near
+        the way that they were on; else each as soon as it can. Where what is around ``is_free`` as before,
+        bodies may come as near as on the motion before.
         """
         end: FloatArray = self._view.command.q
         spared = self._joints.spared if is_free else 0.0
         self.plan(goes=False)
         self._joints.spared = spared
         W, at = self._going, self._working
-        if len(at):
+        if len(at) and self._view.brakes:
             q, v, a, a_max, jerk = (W[name][at] for name in ("q", "v", "a", "a_max", "jerk"))
             self._braking = Motion(len(at))
             self._braking.brake(State(q, v, a), a_max, jerk)

@@ -122,12 +122,12 @@ class Trial:
     def _judged(self, trace: list[JointState], arrives: bool, later: float) -> Tried:
         q, v, a = (np.array(part) for part in zip(*trace, strict=True))
         places = thinned(q, LOOKED_AT)
-        efforts, room = self.passable.effort(places), self.passable.room(places)
+        efforts, (clear, room) = self.passable.effort(places), self.passable.distances(places)
         most = max(HELD, float(efforts[0]))
         near = bool((room <= min(0.0, float(room[0]) - 1e-9)).any())
         some = np.unique(np.linspace(0, len(q) - 1, BORNE_AT, dtype=np.int64))
         return Tried(
-            q, (len(q) - 1) * self._twin.dt + later, arrives, float(self.passable.clearance(places).min()),
+            q, (len(q) - 1) * self._twin.dt + later, arrives, float(clear.min()),
             float(efforts.max()), bool((efforts <= most).all()) and not near, near,
             self.passable.base_wrenches(q[some], v[some], a[some]).max(axis=0),
         )  # fmt: skip
@@ -151,7 +151,7 @@ class Trial:
             room = np.minimum(places - low, high - places)[:, ranged] / (high - low)[ranged]
             near = np.maximum(0.0, 1.0 - room.min(axis=1, initial=1.0) / ROOM_SHARE)
             found: FloatArray = passable.effort(places) + 0.5 * near
-            found[passable.room(places) <= 0.0] = np.inf
+            found[passable.distances(places)[1] <= 0.0] = np.inf
             return found
 
         seen, cost, width = stand[None], costs(stand[None]), 1.0
