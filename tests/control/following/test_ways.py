@@ -139,6 +139,32 @@ def test_lock_on_the_way_is_gone_on_from_at_speed_and_without_a_jump():
     assert len(rows) > 200 and (rows[84:, 6] == rows[84, 6]).all()
 
 
+@pytest.mark.parametrize(
+    "mode, joint, at", [("instant", 3, 134), ("instant", 1, 160), ("ramp", 3, 134), ("ramp", 1, 121)]
+)
+def test_joints_brake_beside_a_table_with_bounded_jerk_where_one_locks_on_a_proven_motion(mode, joint, at):
+    scene, down = ftqp.Scene(), moved()
+    down[2, 3] = 0.1
+    scene.add("table", ftqp.Box(size=(2.0, 2.0, 0.1), place=(0.3, 0.0, -0.01)))
+    planner = ftqp.Planner(PANDA, DT, scene=scene, clearance=ftqp.Clearance(stop=0.0))
+    planner.reset(LEFT)
+    goto = ftqp.GoTo(planner, pose=down)
+    lock = ftqp.Locked(joint, mode=mode)
+    rows, _, _, jerk = commands(goto, lambda k: k == at and planner.report(lock))
+    assert np.delete(jerk, joint, axis=1).max() <= 1.02 and least(planner, rows) > 0.5 * 0.02
+
+
+def test_motion_stays_slow_for_as_long_as_its_mean_is_over_behind_where_it_was_slowest():
+    planner, _ = walled(clearance=ftqp.Clearance(keep=2e-3, stop=0.0))
+    ways = thought(planner, goals=[RIGHT])
+    W = ways.W
+    top, ds = np.array(W.top[: W.grid]), np.array(W.ds[: W.grid])
+    k = int(top.argmin())
+    behind = np.cumsum(ds[k:]) < W.rise * np.sqrt(top[k])
+    assert behind.sum() > 1 and (top[k:][behind] == top[k]).all()
+    assert top[k:].max() > 2.0 * top[k]
+
+
 def test_locked_joint_stands_on_the_way_to_a_pose():
     planner, _ = walled()
     planner.report(ftqp.Locked("panda_joint3", mode="instant"))
@@ -250,6 +276,31 @@ def test_pose_just_out_of_reach_has_a_posture_within_the_tolerances_and_none_wit
             ways.search_step(500)
         assert (ways.stage is WayStage.READY) == postures
     assert ways.sentence == "no posture was found in 600 starts"
+
+
+def test_tip_that_is_within_its_tolerances_behind_a_motion_of_the_joints_is_not_led_any_farther():
+    arm, scene = ftqp.robots.load("planar", lengths=(0.5, 0.3)), ftqp.Scene()
+    scene.add("post", ftqp.Sphere(0.05, (-0.5, 0.0, 0.0)))
+    planner = ftqp.Planner(arm, DT, task=ftqp.Task(rows=("x", "y")), scene=scene)
+    planner.reset([0.3, 0.4])
+    goal = arm.pose([1.0, 0.0])
+    goal[:2, 3] *= 0.8005 / 0.8
+    goto = ftqp.GoTo(planner, pose=goal)
+    steps = go(goto, [0.3, 0.4], longest=10.0)
+    assert goto.status is ftqp.GoToStatus.REACHED and 4e-4 < goto.position_error < 1e-3
+    assert len(steps) < 600  # 1,056 where the tip then went on straight
+
+
+def test_arm_that_begins_inside_a_box_names_it_and_is_led_out_and_on():
+    scene = ftqp.Scene()
+    tip = PANDA.pose(LEFT)[:3, 3]
+    scene.add("box", ftqp.Box(size=(0.3, 0.3, 0.1), place=tip - [0.0, 0.0, 0.035]))
+    planner = ftqp.Planner(PANDA, DT, scene=scene)
+    planner.reset(LEFT)
+    goto, said = ftqp.GoTo(planner, pose=moved(-0.15, -0.2, 0.1)), []
+    go(goto, LEFT, longest=10.0, each=lambda k: said.append(goto.sentence))
+    assert "and box overlap by 28 mm" in said[1] and "overlap" not in said[-1]
+    assert goto.status is ftqp.GoToStatus.REACHED
 
 
 def test_path_is_followed_in_thought_up_to_the_wall():

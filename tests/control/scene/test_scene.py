@@ -103,14 +103,15 @@ def test_a_cell_is_read_from_a_urdf():
     )
 
 
-def test_a_mesh_stands_for_its_hull(tmp_path):
+@pytest.mark.parametrize("is_open", [False, True])
+def test_a_mesh_stands_for_its_hull(tmp_path, is_open):
     corners = [(0, 0, 0), (0.3, 0, 0), (0, 0.1, 0), (0, 0, 0.2)]
     faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
     text = "".join(
         "facet normal 0 0 0 outer loop "
         + "".join("vertex {} {} {} ".format(*corners[k]) for k in face)
         + "endloop endfacet "
-        for face in faces
+        for face in faces[is_open:]
     )
     (tmp_path / "thing.stl").write_text(f"solid t {text}endsolid t")
     origin = '<origin xyz="1 0 0"/>'

@@ -12,11 +12,11 @@ from ftqp.control.following.goto_status import (
     is_held,
     missed_by,
     missed_joints,
+    overlap,
     posture_inside,
 )
 from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
-from ftqp.control.following.tip_tracker import HELD_BACK, TipTracker
-from ftqp.control.following.tracked_frame import FrameOfTip
+from ftqp.control.following.tip_tracker import HELD_BACK, FrameOfTip, TipTracker
 from ftqp.control.planner.mounted_robot import in_millimetres
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
@@ -180,9 +180,8 @@ class GoTo:
             self._joints.seek(None, straight=self._limits, nears=True, **self._asked)
 
     def _wait_anew(self) -> None:
-        """Wait for the arm to come nearer, from now on."""
         self._approach.begin()
-        self._joints.wait_anew()
+        self._joints.motion.wait_anew()
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -285,7 +284,7 @@ class GoTo:
             return ONLY_THE_TIP if self._only_the_tip else self._status.value
         if self._status is GoToStatus.HALTED:
             return "; ".join([with_reason(self._status.value, self._planner.stopped_because), *self._missed])
-        heavy = self._joints.too_heavy
+        heavy = self._joints.motion.too_heavy
         weak = [] if heavy is None else [f"{heavy} is too weak to hold the arm farther on"]
         blocked = self._joints.blocked
         why = weak + ([] if blocked is None else [blocked])
@@ -294,20 +293,25 @@ class GoTo:
 
     @property
     def _missed(self) -> list[str]:
-        """What the arm, as it is measured, misses of its goal: its joints, and then the tip."""
+        """What touches, and what the arm, as it is measured, misses of its goal: joints, and then the tip."""
         view, joints, robot = self._view, self._joints, self._planner.robot
         measured, whose = view.measured, "goal"
+        said = overlap(self._planner.distances(measured)) if self._planner.clearance else []
         way = joints.way_from(measured)
         if not self._to_posture:  # its joints are at fault where they are not where they were sent
             led = self._status is GoToStatus.UNREACHABLE
             way, whose = joints.way_from(measured) - joints.way if led else np.zeros(len(measured)), "command"
         off = missed_joints(robot, way, self._planner.faults, self._tolerance)
-        turns = self._to_posture or any(row.startswith("r") for row in self._planner.task_rows)
-        tip = missed_by(
-            *self._errors_at(measured), (self._tolerance, self._rotation_tolerance if turns else np.inf)
-        )
-        said = [f"off their {whose} are {', '.join(off)}"] if off else []
+        tip = self._missed_by_tip
+        said += [f"off their {whose} are {', '.join(off)}"] if off else []
         return [*said, f"{self._who} is {tip} from it"] if tip else said
+
+    @property
+    def _missed_by_tip(self) -> str:
+        """By how much the tip, as it is measured, misses its goal; empty where it does not."""
+        turns = self._to_posture or any(row.startswith("r") for row in self._planner.task_rows)
+        tolerances = self._tolerance, self._rotation_tolerance if turns else np.inf
+        return missed_by(*self._errors_at(self._view.measured), tolerances)
 
     @property
     def note(self) -> str:
@@ -371,16 +375,16 @@ class GoTo:
         if approach.is_nearer(distance):
             return
         if tip is not None and not self._settling and not held_back and tip.reference.twist.any():
-            approach.rests_from_now()  # the reference is as slow as it is to be
+            approach.wait(for_rest=True)  # the reference is as slow as it is to be
         waited = approach.waited
         if tip is not None and not self._settling:
             if waited > PATIENCE or tip.frame.holds(step):
                 if measured > 1.0 and self._goes_round():
                     return
                 self._settling = True  # the reference goes on and stands
-                approach.waits_from_now()
+                approach.wait()
         elif tip is not None and tip.reference.twist.any():
-            approach.rests_from_now()
+            approach.wait(for_rest=True)
         elif approach.stood > PATIENCE:
             self._rest(measured)
         elif waited > RESTLESS_PATIENCE:
@@ -430,8 +434,10 @@ class GoTo:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
         nears = self._leg is self._joints and self._joints.only_nears
         if self._is_on_other_way and not nears:
-            self._go_straight()
-            return
+            if self._missed_by_tip:
+                self._go_straight()
+                return
+            measured = 0.0
         there = measured <= 1.0 and self._aim is self._pose and not nears
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 

@@ -45,6 +45,12 @@ def missed_joints(robot: Robot, way: FloatArray, faults: Mapping[str, Fault], to
     ]
 
 
+def overlap(distances: Mapping[tuple[str, str], Any]) -> list[str]:
+    """The two bodies that are kept apart and overlap most, in words; none where none do."""
+    least, pair = min(((float(d), pair) for pair, d in distances.items()), default=(0.0, ("", "")))
+    return [f"{pair[0]} and {pair[1]} overlap by {-1e3 * least:.3g} mm"] if least < 0.0 else []
+
+
 def posture_inside(robot: Robot, q: Any) -> FloatArray:
     """The posture, if it is within the limits of every joint."""
     goal = robot.angles(q)
@@ -88,13 +94,9 @@ class ConvergenceMonitor:
         self._best = np.inf
         self._since = self._slow = self._there = 0
 
-    def rests_from_now(self) -> None:
+    def wait(self, *, for_rest: bool = False) -> None:
         """Wait anew for the arm to come nearer, and to be slow."""
-        self._since = self._slow = 0
-
-    def waits_from_now(self) -> None:
-        """Wait anew for the arm to come nearer."""
-        self._since = 0
+        self._since, self._slow = 0, 0 if for_rest else self._slow
 
     def look(self, speed: float, is_there: bool) -> None:
         """A tick: the largest speed of a joint, as a share of its limit, and whether the goal is met."""

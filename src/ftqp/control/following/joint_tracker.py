@@ -53,6 +53,7 @@ class JointTracker:
     changes.
 
     Attributes:
+        motion: The motion, straight or as it is played.
         blocked: Why there is no way; None while that is not known.
         searched: What has looked for the last way.
     """
@@ -68,9 +69,9 @@ class JointTracker:
     ) -> None:
         self.planner = planner
         self.view: PlannerView = planner.view()
-        self._motion = JointMotion(self.view, planner.robot, planner.dt, planner.level, rise_time)
-        self._motion.goal = goal
-        self._lead = planner.lead(self._motion.memory, meant)
+        self.motion = JointMotion(self.view, planner.robot, planner.dt, planner.level, rise_time)
+        self.motion.goal = goal
+        self._lead = planner.lead(self.motion.memory, meant)
         self._looks, self._asked = looks_per_tick(planner.dt), dict[str, Any]()
         self._t, self._rise_time = 0.0, rise_time
         self._whole = whole
@@ -80,13 +81,13 @@ class JointTracker:
     def _aim(self, goal: FloatArray, seeks: bool) -> None:
         self._goal, self._seeks, self._tries = goal, seeks, 0
         self._left, self._brakes, self._is_late = 0, BRAKES, False
-        self._motion.goal = goal
+        self.motion.goal = goal
         self.begin()
 
     def begin(self) -> None:
         """Let the next step begin at the arm."""
         self._begun = -1
-        self._motion.forget()
+        self.motion.forget()
         self._ways: Ways | None = None
         self.searched: Ways | None = None
         self._proof: Ways | None = None
@@ -128,7 +129,7 @@ class JointTracker:
         """Whether a way is being looked for, or its motion is played and not over."""
         if self._plays:
             stuck = self._tries >= MAX_TRIES and self._stood > STUCK
-            return not stuck and self._motion.moves_at(self._t)
+            return not stuck and self.motion.moves_at(self._t)
         return self.is_searching
 
     @property
@@ -147,26 +148,17 @@ class JointTracker:
         return 0 if self._ways is None else int(self._ways.W.looks)
 
     @property
-    def too_heavy(self) -> str | None:
-        """The joint whose motor cannot hold the arm farther on the way; None where all can."""
-        return self._motion.too_heavy
-
-    @property
     def way(self) -> FloatArray:
         """What is left of the way of every joint as commanded, (nv,) [rad or m]; the short way round."""
         return self.way_from(self.view.command.q)
 
     def way_from(self, q: FloatArray) -> FloatArray:
         """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round."""
-        return self._motion.way_from(q, self._goal)
-
-    def wait_anew(self) -> None:
-        """Wait for the arm to come nearer, from now on."""
-        self._motion.wait_anew()
+        return self.motion.way_from(q, self._goal)
 
     def judged(self, tolerance: float, counts: BoolArray) -> int:
         """Where the arm, as it is measured, stands on its way to the goal, as a ``Going``."""
-        return self._motion.judged(self._goal, tolerance, counts)
+        return self.motion.judged(self._goal, tolerance, counts)
 
     def step(self, q: Any, v: Any, tau: Any, tip: Any) -> Step:
         """A step on the way; see ``Planner.step``."""
@@ -180,10 +172,10 @@ class JointTracker:
             elif self._seeks:
                 self._think()
             self._pace()
-            self._motion.write(self._t, self._rate)
+            self.motion.write(self._t, self._rate)
         step = self._lead.step(q, v, (), tau, tip)
         self._t += self._rate * self.planner.dt
-        off = step.code in OFF_TASK or (not self._plays and self._motion.is_left_at(self._t))
+        off = step.code in OFF_TASK or (not self._plays and self.motion.is_left_at(self._t))
         self._begun = -1 if off else view.ticks
         return step
 
@@ -193,11 +185,12 @@ class JointTracker:
         goes_on = self.blocked is not None or self._left > MAX_TRIES  # as near as it gets
         self._ways = self._proof = self._rest = None
         self._plays, self._rate, self._t = False, 1.0, 0.0
-        self._motion.goal = self._goal
+        self.motion.goal = self._goal
         self._scene = self._scene_now
-        self._motion.plan(self._speed)
         if self.blocked is None and (self._asked or (self._seeks and self.planner.avoids and not goes_on)):
             self._turn_round()
+        else:
+            self.motion.plan(self._speed)
 
     def _think(self) -> None:
         """Think of a way, or prove what is left of the motion, for a tick."""
@@ -206,7 +199,7 @@ class JointTracker:
             if not self._proof.is_searching:
                 is_free, self._proof = self._proof.is_free, None
                 if not is_free:
-                    self._turn_round()
+                    self._turn_round(is_free=False)
         elif self._ways is not None:
             self._look_round()
         elif self._scene != self._scene_now and self.blocked is None:
@@ -220,14 +213,14 @@ class JointTracker:
             self._plan()
             return
         ways = Ways(self.planner, self.view.command.q, rise_time=self._rise_time)
-        ways.prove_again(self._motion.table, min(int(self._t / self.planner.dt), len(self._motion.table) - 1))
+        ways.prove_again(self.motion.table, min(int(self._t / self.planner.dt), len(self.motion.table) - 1))
         self._proof = ways
 
-    def _turn_round(self) -> None:
-        """Come to rest, and look for a way from there meanwhile."""
+    def _turn_round(self, *, is_free: bool = True) -> None:
+        """Come to rest, and look for a way from there meanwhile; the scene ``is_free`` as it was proven."""
         self._plays, self._rate, self._t, self._proof = False, 1.0, 0.0, None
-        self._rest = self._motion.halt()
-        goals, asked = [self._rest + self._motion.way_from(self._rest, self._goal)], dict(self._asked)
+        self._rest = self.motion.halt(is_free=is_free)
+        goals, asked = [self._rest + self.motion.way_from(self._rest, self._goal)], dict(self._asked)
         if "goal" in asked:
             self._goal, goals = self._rest.copy(), []
         elif "places" in asked:
@@ -243,7 +236,7 @@ class JointTracker:
         first = int(np.abs(places - rest).max(axis=1).argmin()) if self._left > 1 else 0
         found, last = [], rest
         for place in places[first:]:
-            step = np.where(self.view.working, self._motion.way_from(last, place), 0.0)
+            step = np.where(self.view.working, self.motion.way_from(last, place), 0.0)
             if np.abs(step).max() > SAME:
                 last = last + step
                 found.append(last)
@@ -255,7 +248,7 @@ class JointTracker:
         assert ways is not None and rest is not None
         if self._scene != self._scene_now:
             self._scene = self._scene_now
-            self._turn_round()
+            self._turn_round(is_free=False)
             return
         if self._brakes > 0.0 and self.view.command.v[~self.view.working].any():
             self._brakes -= self.planner.dt
@@ -265,14 +258,14 @@ class JointTracker:
             self._is_late = False
             self._turn_round()
             return
-        ways.search_step(AT_ONCE * self._looks if self._motion.moves_at(self._t) else self._looks)
+        ways.search_step(AT_ONCE * self._looks if self.motion.moves_at(self._t) else self._looks)
         if ways.stage is WayStage.NO_WAY:
             self._give_up(ways.sentence)
         elif ways.stage is WayStage.READY:
             off = float(np.abs(self.view.command.q - rest).max())
-            if self._motion.off_at(self._t) <= RESTS and self._joins(ways):
+            if self.motion.off_at(self._t) <= RESTS and self._joins(ways):
                 return
-            if self._motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
+            if self.motion.moves_at(self._t if off <= RESTS else self._t - SETTLES):
                 return
             if off > WAITS and self._tries >= MAX_TRIES:
                 self._give_up("the arm does not come to rest")
@@ -284,7 +277,7 @@ class JointTracker:
 
     def _joins(self, ways: Ways) -> bool:
         """Go over from braking into the motion that was found, without a rest, where that is proven free."""
-        joined = self._motion.joined(ways.motion, self._t)
+        joined = self.motion.joined(ways.motion, self._t)
         if joined is None or not ways.is_free:
             return False
         table, new = joined
@@ -301,20 +294,20 @@ class JointTracker:
         self._ways, self._t, self._plays = None, t, True
         if "goal" in self._asked:
             self._goal = ways.way[-1]
-        self._motion.follow(table, is_free=ways.is_free)
+        self.motion.follow(table, is_free=ways.is_free)
 
     def _give_up(self, why: str) -> None:
         """There is no way: go straight as near as it gets, where a straight one was asked for."""
         self.blocked, self._ways = why, None
         if not self._asked or "places" in self._asked:
-            self._motion.goal, self._t = self._goal, 0.0
-            self._motion.plan(self._speed)
+            self.motion.goal, self._t = self._goal, 0.0
+            self.motion.plan(self._speed)
 
     def _pace(self) -> None:
         """Let a motion that is played wait for an arm that is held back."""
         if not self._plays:
             return
-        dt, off = self.planner.dt, self._motion.off_at(self._t)
+        dt, off = self.planner.dt, self.motion.off_at(self._t)
         top = min(self.planner.pace / self._speed, 1.0)
         wanted = min(max((STANDS - off) / (STANDS - WAITS), 0.0), top)
         self._rate = min(max(wanted, self._rate - dt / HURRY), self._rate + dt / HURRY)

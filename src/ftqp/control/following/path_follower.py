@@ -104,7 +104,7 @@ class PathFollower:
     """
 
     __slots__ = (
-        "_below", "_blockage", "_bridge", "_bridges", "_duration", "_fewer", "_has_asked", "_lead",
+        "_blockage", "_bridge", "_bridges", "_duration", "_fewer", "_has_asked", "_lead",
         "_leave", "_mean", "_memory", "_path", "_pattern", "_planner", "_rate", "_share", "_spot",
         "_spots", "_stall", "_stalled", "_standing", "_state", "_stood", "_stood_at", "_target",
     )  # fmt: skip
@@ -112,6 +112,12 @@ class PathFollower:
     planner: Fixed[Planner] = Fixed("_planner")
     path: Fixed[Path] = Fixed("_path")
     stall: Fixed[StallEscape | None] = Fixed("_stall")
+    _pattern: int | None
+    _blockage: Blockage | None
+    _bridge: Reconfiguration | None
+    _spot: Reconfiguration | None
+    _fewer: Generator[None, None, int] | None
+    _has_asked: bool
 
     def __init__(
         self,
@@ -138,21 +144,9 @@ class PathFollower:
         self._target = target_on(seen(memory.fields.target))
         self._rate = memory.memory["rate"]
         self._duration = path.duration
-        self._below = -1.0 if stall is None else stall.below
         self._standing = stall.standing if stall is not None and planner.task.calm else inf
         self._share = 0.0 if stall is None else min(1.0, planner.dt / stall.after)
-        self._begin()
-
-    def _begin(self) -> None:
-        self._memory.call("begin_path")
-        self._bridges, self._spots = MOST_BRIDGES if self._leave > 0.0 else 0, MOST_SPOTS
-        self._pattern: int | None = None
-        self._blockage: Blockage | None = None
-        self._bridge: Reconfiguration | None = None
-        self._spot: Reconfiguration | None = None
-        self._fewer: Generator[None, None, int] | None = None
-        self._has_asked: bool = False
-        self.resume()
+        self.begin()
 
     def resume(self) -> None:
         """Go on after a blockage, for example because a joint has been repaired."""
@@ -169,11 +163,13 @@ class PathFollower:
             v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
         """
         self._planner.reset(q, v)
-        self._begin()
+        self.begin()
 
     def begin(self) -> None:
         """Begin the path anew and leave the planner as it is."""
-        self._begin()
+        self._memory.call("begin_path")
+        self._bridges, self._spots = MOST_BRIDGES if self._leave > 0.0 else 0, MOST_SPOTS
+        self.resume()
 
     def step(self, q: Any, v: Any = None, *, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``, and the path's progress with it; see ``Planner.step``.
@@ -193,7 +189,7 @@ class PathFollower:
         step = self._lead.step(q, v, (), tau, tip)
         if self._stall is not None and self._pattern != ON_THE_SPOT and step.code != HELD:
             self._mean += self._share * (self._rate[0] - self._mean)
-            if self._mean < self._below or self._stalled > 0.0:
+            if self._mean < self._stall.below or self._stalled > 0.0:
                 self._watch(self._stall, step)
         return step
 
@@ -282,7 +278,7 @@ class PathFollower:
                 return
             self._stalled += self._planner.dt
             state.speed = stall.speed
-            if tried >= 1.0 and self._has_looked:
+            if tried >= 1.0 and (self._spots <= 0 or (self._spot is not None and self._spot.is_over)):
                 if self._bridges > 0 or not self._goes_on_unasked():
                     self._block(step)
             elif state.found:
@@ -292,7 +288,7 @@ class PathFollower:
 
     def _looks_on_the_spot(self) -> bool:
         """Think of a motion on the spot, a piece of it; whether one is there, which is gone from now on."""
-        if not self._may_look:
+        if self._spots <= 0:
             return False
         if self._spot is None or not self._spot.is_of_now:
             self._spot = Reconfiguration(self._planner, self._path, self.progress, 0.0)
@@ -302,16 +298,6 @@ class PathFollower:
         self._pattern, self._state.limit = ON_THE_SPOT, 0.0
         self._state.speed, self._state.driven = 0.0, 1
         return True
-
-    @property
-    def _has_looked(self) -> bool:
-        """Whether all has been thought of that there is on the spot."""
-        return not self._may_look or (self._spot is not None and self._spot.is_over)
-
-    @property
-    def _may_look(self) -> bool:
-        """Whether a motion on the spot may be looked for: not too many were gone."""
-        return self._spots > 0
 
     def _go_on_the_spot(self, spot: Reconfiguration) -> None:
         """Draw the null space along a way on the spot; the path goes on behind its end."""

@@ -6,7 +6,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.following.path_follower import PathStatus
-from ftqp.control.following.tracked_frame import FrameOfTask
+from ftqp.control.following.tip_tracker import frame_of
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
@@ -54,18 +54,8 @@ class TaskPaths:
     """
 
     __slots__ = (
-        "_duration",
-        "_frames",
-        "_leash",
-        "_paths",
-        "_planner",
-        "_progress",
-        "_rate",
-        "_standing",
-        "_targets",
-        "_tip",
-        "_turn_leash",
-        "_worst",
+        "_duration", "_frames", "_leash", "_paths", "_planner", "_progress", "_rate", "_standing", "_targets",
+        "_turn_leash", "_worst",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner")
@@ -90,9 +80,7 @@ class TaskPaths:
         self._planner, self._paths = planner, dict(paths)
         self._leash = positive("leash", leash, "m")
         self._turn_leash = positive("turn_leash", turn_leash, "rad")
-        view, tip = planner.view(), planner.robot.tip
-        self._tip = next((name for name in paths if name in (TIP, tip)), None)
-        self._frames = {name: FrameOfTask(planner, view, name) for name in paths if name not in (TIP, tip)}
+        self._frames = {name: frame_of(planner, name) for name in paths}
         self._targets = {name: Target(pose=path.start) for name, path in paths.items()}
         self._duration = max(path.duration for path in paths.values())
         self._begin()
@@ -152,11 +140,7 @@ class TaskPaths:
 
     def _behind(self, name: str, step: Step) -> float:
         """How far a task is from its target, as a share of the leash."""
-        frame = self._frames.get(name)
-        if frame is None:
-            position, rotation = step.position_error, step.rotation_error
-        else:
-            position, rotation = frame.distances(step)
+        position, rotation = self._frames[name].distances(step)
         return max(position / self._leash, rotation / self._turn_leash)
 
     @property

@@ -67,34 +67,16 @@ class MotionValidity:
         """The force and the torque that the base bears on a motion, (k, 2) [N, N m]; 0 without masses."""
         return base_wrenches(self._robot, q, v, a) if self._robot.has_inertia else np.zeros((len(q), 2))
 
-    def clearance(self, places: FloatArray) -> FloatArray:
-        """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad]."""
-        kept, apart = self._kept(places), self._apart(places)
-        return np.minimum(kept, apart)
+    def distances(self, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad].
 
-    def room(self, places: FloatArray) -> FloatArray:
-        """The same, less what bodies have to be apart: positive where the arm may be, (k,)."""
-        kept, apart = self._kept(places), self._apart(places)
-        room: FloatArray = np.minimum(kept, apart - self._least)
-        return room
-
-    def _kept(self, places: FloatArray) -> FloatArray:
-        """How far what is kept on its side is from the other, (k,)."""
-        free = np.full(len(places), np.inf)
+        Then the same, less what bodies have to be apart: positive where the arm may be.
+        """
+        kept, apart = np.full(len(places), np.inf), np.full(len(places), np.inf)
         for keep in self._keeps:
             for k, q in enumerate(places):
-                free[k] = min(free[k], keep.distance(self._robot.pose(q, keep.frame)))
-        return free
-
-    def _apart(self, places: FloatArray) -> FloatArray:
-        """How far the nearest two bodies are apart, (k,) [m]."""
-        free = np.full(len(places), np.inf)
+                kept[k] = min(kept[k], keep.distance(self._robot.pose(q, keep.frame)))
         if self._surrounded is not None:
-            for apart in self._surrounded.distances(places).values():
-                free = np.minimum(free, apart)
-        return free
-
-    def at(self, places: FloatArray, effort: float = HELD) -> BoolArray:
-        """Whether the arm may be at each place, (k,)."""
-        good: BoolArray = (self.effort(places) <= effort) & (self.room(places) > 0.0)
-        return good
+            for distance in self._surrounded.distances(places).values():
+                apart = np.minimum(apart, distance)
+        return np.minimum(kept, apart), np.minimum(kept, apart - self._least)

@@ -6,8 +6,8 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.motion_validity import MotionValidity
-from ftqp.control.task.task import ROW_SETS, axis_frame, row_indices
+from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
+from ftqp.control.task.task import ROW_SETS, row_indices
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
@@ -159,20 +159,11 @@ class PostureSearch:
     Source: docs/theory/ways-out.md.
     """
 
-    def __init__(self, robot: Robot, pose: Any, rows: Any, axis: Any = (0.0, 0.0, 1.0)) -> None:
-        names, tool = task_rows(robot, rows)
-        goal = goal_pose(pose, names)
-        self._tool = transform(axis_frame(axis), np.zeros(3)) if tool else np.eye(4)
-        if tool:
-            goal, robot = goal @ self._tool, robot.with_tip(self._tool)
-        self.robot, self.m = robot, len(names)
-        self._session = robot_session(robot, [COMPONENTS.index(name) for name in names], axis=tool)
-        self._session.aim(goal)
-        self._whole = start_box(robot, limited=True)
-        self._tolerance = SOLVED * max(1.0, robot.length)
-
-    def begin(
+    def __init__(
         self,
+        robot: Robot,
+        pose: Any,
+        rows: Any,
         near: FloatArray,
         *,
         working: BoolArray,
@@ -180,22 +171,25 @@ class PostureSearch:
         q_max: FloatArray,
         seed: int = 0,
     ) -> None:
-        """Begin anew."""
-        study, n = self._session.S.study, self.robot.nv
-        self._near, self._working = near.copy(), working.copy()
-        self._low, self._high = q_min.copy(), q_max.copy()
-        self._ranged = working & np.isfinite(q_min) & np.isfinite(q_max)
+        (names, tool), n = task_rows(robot, rows), robot.nv
+        self.m, self._near, self._working, self._low, self._high = len(names), near, working, q_min, q_max
+        self._session = robot_session(robot, [COMPONENTS.index(name) for name in names], axis=tool)
+        self._session.aim(goal_pose(pose, names))
+        study = self._session.S.study
         study.q_min[:n], study.q_max[:n] = q_min, q_max
         self._session.hold(np.flatnonzero(~working).tolist())
+        low, high = start_box(robot, limited=True)
+        self._box = np.maximum(low, q_min), np.minimum(high, q_max)
+        self._tolerance, self._turns = SOLVED * max(1.0, robot.length), robot.continuous
+        self._ranged = working & np.isfinite(q_min) & np.isfinite(q_max)
         self._random = np.random.default_rng(seed)
         self.starts = 0
         self.q, self._sigma = np.zeros((0, n)), np.zeros(0)
 
     def look(self, count: int) -> int:
         """Try so many further starts; returns how many postures they brought that were not known."""
-        low, high = self._whole
-        low, high = np.maximum(low, self._low), np.minimum(high, self._high)
-        starts = low + self._random.random((count, self.robot.nv)) * (high - low)
+        low, high = self._box
+        starts = low + self._random.random((count, len(low))) * (high - low)
         if self.starts == 0:
             starts[0] = np.clip(self._near, self._low, self._high)
         self.starts += count
@@ -206,45 +200,31 @@ class PostureSearch:
             self._keep(q[k], float(sigma[k]))
         return len(self.q) - known
 
-    def _times(self, v_max: FloatArray) -> FloatArray:
-        """How long the slowest joint takes to each posture at full speed, (k,) [s]."""
-        top = np.where(self._working, np.minimum(v_max, FASTEST), np.inf)
-        times: FloatArray = (np.abs(self.q - self._near) / top).max(axis=1)
-        return times
-
-    def make_room(self, rounds: int = 1) -> bool:
-        """Lead every posture so many steps along its self-motion, away from limits; whether one has moved.
+    def make_room(self, rounds: int) -> None:
+        """Lead every posture so many steps along its self-motion, away from limits.
 
         The step is the gradient of -sum_i ((q_i - middle_i)/half range_i)² in the null space of the task,
         and it is taken back where the least share of a range to its limit has not grown.
         """
-        at = self._working
-        spare = int(at.sum()) - self.m
-        if spare < 1 or not len(self.q):
-            return False
-        moved = False
-        for _ in range(rounds):
+        at, low, high = self._working, self._low[self._ranged], self._high[self._ranged]
+        for _ in range(rounds if at.sum() > self.m and len(self.q) else 0):
             room = self._room(self.q)
             going = np.flatnonzero(room < ROOMY)
             if not len(going):
-                break
+                return
             q = self.q[going]
             A = self._session.values(q)[1][:, :, at]
             V = np.linalg.svd(A)[2][:, A.shape[1] :]
             pull = np.zeros_like(q)
-            low, high = self._low[self._ranged], self._high[self._ranged]
             pull[:, self._ranged] = 2.0 * (low + high - 2.0 * q[:, self._ranged]) / (high - low) ** 2
             d = np.einsum("kri,krj,kj->ki", V, V, pull[:, at])
             d *= STRIDE / np.maximum(np.abs(d).max(axis=1, keepdims=True), 1e-9)
-            tried = q.copy()
-            tried[:, at] = np.clip(q[:, at] + d, self._low[at], self._high[at])
-            found, left, sigma = self._session.solutions(tried, near=True)
+            q[:, at] = np.clip(q[:, at] + d, self._low[at], self._high[at])
+            found, left, sigma = self._session.solutions(q, near=True)
             better = self._good(found, left) & (self._room(found) > room[going])
             self.q[going[better]], self._sigma[going[better]] = found[better], sigma[better]
-            moved = moved or bool(better.any())
             if not better.any():
-                break
-        return moved
+                return
 
     def postures(
         self, count: int, passable: MotionValidity, v_max: FloatArray, *, ordered: bool = True
@@ -255,10 +235,12 @@ class PostureSearch:
         """
         if not len(self.q):
             return ()
-        time = self._times(v_max)
+        top = np.where(self._working, np.minimum(v_max, FASTEST), np.inf)
+        time = (np.abs(self.q - self._near) / top).max(axis=1)  # at full speed
         chosen = _spread(self.q, int(np.argmin(time)), count)
         q = self.q[chosen]
-        efforts, clear, held = passable.effort(q), passable.clearance(q), passable.at(q)
+        efforts, (clear, room) = passable.effort(q), passable.distances(q)
+        held = (efforts <= HELD) & (room > 0.0)
         at = self._working
         ends = np.minimum(q - self._low, self._high - q)[:, at]
         found = [
@@ -292,10 +274,8 @@ class PostureSearch:
 
     def _keep(self, q: FloatArray, sigma: float) -> None:
         """Keep a solution that is not known yet; joints that turn without end are as near as they can be."""
-        turns = self.robot.continuous
-        if turns.any():
-            away = q - self._near
-            q = np.where(turns, q - 2.0 * np.pi * np.round(away / (2.0 * np.pi)), q)
+        turns = np.round((q - self._near) / (2.0 * np.pi))
+        q = np.where(self._turns, q - 2.0 * np.pi * turns, q)
         if len(self.q) and (np.abs(self.q - q).max(axis=1) < SAME).any():
             return
         self.q, self._sigma = np.vstack([self.q, q]), np.append(self._sigma, sigma)

@@ -164,8 +164,9 @@ def postures(
     limits = K.limits
     working = np.array(K.faults.code[:n] == HEALTHY)
     q = robot.neutral if near is None else robot.angles(near)
-    search = PostureSearch(robot, pose, rows)
-    search.begin(q, working=working, q_min=limits.q_min[:n], q_max=limits.q_max[:n], seed=int(seed))
+    search = PostureSearch(
+        robot, pose, rows, q, working=working, q_min=limits.q_min[:n], q_max=limits.q_max[:n], seed=int(seed)
+    )
     quiet, starts = 0, min(starts, FEW) if int(working.sum()) < search.m else int(starts)
     while search.starts < starts:
         portion = min(PORTION, starts - search.starts)

@@ -47,6 +47,7 @@ class JointMotion:
         self._out = tuple(self._joints[name] for name in ("q", "v", "x"))
         self._later: tuple[float, State] | None = None
         self._table: tuple[FloatArray, FloatArray] | None = None
+        self._braking: Motion | None = None
         self._working = np.zeros(0, dtype=np.int64)
         self._looked_at, n = b"", robot.nv
         going = Memory("going")
@@ -99,6 +100,8 @@ class JointMotion:
         """How long the motion takes from where it was planned [s]."""
         if self._table is not None:
             return (len(self._table[0]) - 1) * self._dt
+        if self._braking is not None:
+            return self._braking.duration
         return float(self._going.duration)
 
     def decay(self, off: float) -> float:
@@ -118,14 +121,26 @@ class JointMotion:
         Bodies may come as near as the proof that it ``is_free`` lets them.
         """
         self._joints.spared = 1.0 - PROOF if is_free else 0.0
-        self._later, self._table = None, (table, np.gradient(table, self._dt, axis=0))
+        self._later, self._braking, self._table = None, None, (table, np.gradient(table, self._dt, axis=0))
         self._working = np.flatnonzero(self._view.working)
         self.goal, self._going.heavy = table[-1].copy(), -1
 
-    def halt(self) -> FloatArray:
-        """Plan to come to rest from the last command: where, (nv,) [rad or m]."""
+    def halt(self, *, is_free: bool = True) -> FloatArray:
+        """Plan to come to rest from the last command: where, (nv,) [rad or m].
+
+        Beside a joint that has failed and brakes all come to rest at the same time, so that they stay near
+        the way that they were on; else each as soon as it can. Where what is around ``is_free`` as before,
+        bodies may come as near as on the motion before.
+        """
         end: FloatArray = self._view.command.q
+        spared = self._joints.spared if is_free else 0.0
         self.plan(goes=False)
+        self._joints.spared = spared
+        W, at = self._going, self._working
+        if len(at) and self._view.brakes:
+            q, v, a, a_max, jerk = (W[name][at] for name in ("q", "v", "a", "a_max", "jerk"))
+            self._braking = Motion(len(at))
+            self._braking.brake(State(q, v, a), a_max, jerk)
         end[self._working] = self._at(self.duration).q
         return end
 
@@ -160,7 +175,7 @@ class JointMotion:
     def plan(self, speed: float = 1.0, *, goes: bool = True) -> None:
         """Plan the motion from the last command to the goal, or to where it comes to rest soonest."""
         W, view = self._going, self._view
-        self._later = self._table = None
+        self._later = self._table = self._braking = None
         self._joints.spared = 0.0
         self._working = np.flatnonzero(view.working)
         W.goal[: len(self.goal)], W.speed = self.goal, speed
@@ -174,7 +189,7 @@ class JointMotion:
 
         Its time goes on by ``rate`` times that of the clock.
         """
-        if self._table is None:
+        if self._table is None and self._braking is None:
             self._going.t = t
             self._write()
             return
@@ -185,6 +200,8 @@ class JointMotion:
 
     def _at(self, t: float) -> State:
         """The motion at a time [s]; the last one of a table is kept, as the next tick asks for it again."""
+        if self._braking is not None:
+            return self._braking.at(t)
         if self._table is None:
             W, at = self._going, self._working
             W.t = t
@@ -221,7 +238,7 @@ class JointMotion:
 
     def is_left_at(self, t: float) -> bool:
         """Whether the command is not where the motion is at a time [s] since it was planned."""
-        if self._table is None:
+        if self._table is None and self._braking is None:
             self._going.t = t
             return bool(self._is_left())
         command: JointState = self._view.command

@@ -23,7 +23,6 @@ from ftqp.core.errors import InputError
 from ftqp.core.fixed import Fixed
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import Memory, Session
-from ftqp.kernel.entry.way_session import WaySession
 from ftqp.kernel.layout.enums import NEWS, RELAXED
 from ftqp.model.capsules import Capsule
 from ftqp.model.payload import Payload
@@ -336,10 +335,10 @@ class Planner:
         view = self.view()
         return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self)
 
-    def way_session(self) -> WaySession:
-        """The arm, its limits and what stands around it as believed now, for a search for ways."""
+    def way_session(self) -> tuple[Session, int]:
+        """What a search for ways takes over of the planner, and how many capsules are bodies, not ends."""
         around = self._parts.surroundings
-        return WaySession(self._session, 0 if around is None else around.whole)
+        return self._session, 0 if around is None else around.whole
 
     @property
     def avoids(self) -> bool:

@@ -14,7 +14,7 @@ from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.pose import transform
 from ftqp.core.small_picture import html_table
 from ftqp.kernel.entry.session import ArmSession, Call, Session
-from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.enums import BRAKING, HEALTHY
 from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, constraint_labels
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
@@ -108,6 +108,11 @@ class PlannerView:
         """Which joints work, as believed, (nv,)."""
         result: BoolArray = self._code == HEALTHY
         return result
+
+    @property
+    def brakes(self) -> bool:
+        """Whether a joint that has failed is braking still."""
+        return bool((self._code == BRAKING).any())
 
     @property
     def limits(self) -> BelievedLimits:

@@ -75,6 +75,24 @@ def turn_between(A: Any, a: int, B: Any, b: int) -> Vector:
 
 
 @jit
+def tool_turn(R: Any, T: Any) -> Vector:
+    """The shortest turn of the z axis of a rotation R to that of a pose T, along the axes of T [rad]."""
+    tip, goal = (R[2], R[5], R[8]), (T[2], T[6], T[10])
+    turn = cross(tip, goal)
+    sine = length(turn)
+    f = atan2(sine, inner(tip, goal)) / sine if sine > 0.0 else 1.0
+    x, y, z = rows_of(T, 4)
+    return times(
+        f,
+        (
+            x[0] * turn[0] + y[0] * turn[1] + z[0] * turn[2],
+            x[1] * turn[0] + y[1] * turn[1] + z[1] * turn[2],
+            x[2] * turn[0] + y[2] * turn[1] + z[2] * turn[2],
+        ),
+    )
+
+
+@jit
 def exponential(x: float, y: float, z: float, R: Any) -> None:
     """R <- cos 1 + sin/angle [w]x + (1 - cos)/angle^2 w w', (9,) by rows, w a rotation vector [rad]."""
     angle = sqrt(x * x + y * y + z * z)

@@ -1,6 +1,6 @@
 """The session of a search for ways: a planner's arm and scene as they are now, and its memory."""
 
-from typing import Any, Final, NamedTuple, final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -23,25 +23,18 @@ class Met(NamedTuple):
     number: int  # Of the joint, of what is kept, of the capsule or of the pair of the scene
 
 
-@final
 class WaySession:
     """One search, whose same looks give the same way; its room is ``W``.
 
-    ``whole`` of the capsules of the planner's scene are bodies, and not ends of them.
+    It takes over arm, scene and limits as the planner has them now. ``whole`` of the capsules of the
+    planner's scene are bodies, and not ends of them.
     """
 
     def __init__(self, session: Session, whole: int) -> None:
         self.memory = memory("ways")
-        self._begin()
-        self._adopt(session, whole)
-
-    def _begin(self) -> None:
         self.K: Any = rooms(self.memory)
         self.W: Any = self.K.ways
         self._table, self._raw = np.zeros((0, 1)), np.zeros((0, 1))
-
-    def _adopt(self, session: Session, whole: int) -> None:
-        """Take over arm, scene and limits as the planner has them now."""
         write_together([(self.memory[room], session.memory[room]) for room in ROOMS])
         self._bind("know_arm", session.memory)(whole)
         self.n = int(self.K.chain.n)
@@ -62,7 +55,7 @@ class WaySession:
         """Begin at a posture, (nv,); what stands in its way."""
         return self._said(self._bind("begin_ways", np.ascontiguousarray(start))())
 
-    def add(self, q: FloatArray) -> Met | None:
+    def add_goal(self, q: FloatArray) -> Met | None:
         """Add a goal posture, (nv,); what stands in its way, and then it is none."""
         return self._said(self._bind("add_goal", np.ascontiguousarray(q))())
 
@@ -78,43 +71,69 @@ class WaySession:
         W.place[0], W.places, W.stage = W.start, len(places) + 1, WayStage.ROUNDING
         W.corner, W.pieces, W.before = 0, 0, 0.0
 
+    @property
+    def stage(self) -> WayStage:
+        """How far it is."""
+        return WayStage(int(self.W.stage))
+
+    @property
+    def is_searching(self) -> bool:
+        """Whether there is more to think of."""
+        return self.stage not in (WayStage.READY, WayStage.NO_WAY)
+
     def find(self, looks: int) -> FloatArray | None:
-        """Look for a clear posture of the goal, (nv,), for about so many looks; None: not found yet."""
+        """A further clear posture of the goal, (nv,), within about so many looks; None: not found yet."""
         return self.W.drawn[: self.n].copy() if self._bind("find_posture")(looks) else None
 
-    def explore(self, looks: int) -> int:
-        """Grow the tree of the start alone for about so many looks: its next node; -1: none yet."""
-        return int(self._bind("explore")(looks))
+    def explore(self, looks: int) -> int | None:
+        """A further place that can be come to, by number, within about so many looks; None: not yet."""
+        node = int(self._bind("explore")(looks))
+        return None if node < 0 else node
 
-    def node(self, k: int) -> FloatArray:
-        """A node of that tree, (nv,)."""
-        return np.array(self.W.node[0, k * self.n : (k + 1) * self.n])
+    def place(self, node: int) -> FloatArray:
+        """A place that was explored, (nv,) [rad or m]."""
+        return np.array(self.W.node[0, node * self.n : (node + 1) * self.n])
 
-    def lead_to(self, node: int) -> WayStage:
-        """Let the way be that to a node of that tree."""
-        return WayStage(self._bind("lead_to")(node))
+    def lead_to(self, node: int) -> None:
+        """Let there be a way to a place that was explored."""
+        self._bind("lead_to")(node)
+
+    def begin_following(self, q: FloatArray, first: int) -> None:
+        """Let the path be followed from a posture at one of its poses."""
+        self.W.followed, self.W.follows[: len(q)] = first, q
 
     def follow(self, looks: int) -> bool:
-        """Follow the path on for about so many looks; whether it ends."""
+        """Follow it on for about so many looks; whether it ends, as joints cannot go on or at its end."""
         return bool(self._bind("follow_path")(looks))
 
+    @property
+    def at(self) -> FloatArray:
+        """Where the joints are there, (nv,) [rad or m]."""
+        return np.array(self.W.follows[: self.n])
+
+    @property
+    def followed(self) -> int:
+        """The pose of the path that was come to."""
+        return int(self.W.followed)
+
     def search_step(self, looks: int) -> WayStage:
-        """Search for about so many looks."""
+        """One slice of about so many looks at postures; what is done then."""
         table, raw = self._table, self._raw
-        stage = WayStage(self._bind("search_step", looks, table, raw, len(table))())
-        if stage is WayStage.SAMPLING:
+        if self.is_searching:
+            self._bind("search_step", looks, table, raw, len(table))()
+        if self.stage is WayStage.SAMPLING:
             self._table, self._raw = (np.zeros((int(self.W.ticks), self.n)) for _ in range(2))
-        return stage
+        return self.stage
 
     def prove_again(self, table: FloatArray, first: int) -> None:
-        """Prove what is left of a motion, from a tick on, in the scene as the planner has it now."""
+        """Prove what is left of a motion anew, from one of its ticks on, by ``search_step``."""
         self._table, self._raw = table, np.zeros_like(table)
         W = self.W
         W.stage, W.window, W.ticks, W.checked, W.chunk = WayStage.PROVING, 1, len(table), first, 1
 
     @property
-    def table(self) -> FloatArray:
-        """The places of every tick of the motion, (ticks, nv)."""
+    def motion(self) -> FloatArray:
+        """The places of every tick from rest to rest, (ticks, nv) [rad or m]; READY only."""
         return self._table[: int(self.W.ticks)]
 
     def hold_tube(self, poses: FloatArray, radius: tuple[float, float]) -> None:

@@ -83,6 +83,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     before  f8  what is cut from the leg that comes
     fine  f8  longest interval of time scaling [rad or m]
     cut  f8  so much of the piece ``paced`` is cut into intervals [rad or m]
+    held holds  f8  no interval is faster than this s'^2, for so much longer [s]
     tip_speed tip_acceleration  f8[2]  of a straight way, linear and angular
     free  i8[N]  joints that work
     low high  f8[N]  between which starts are drawn
@@ -122,7 +123,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     stretch  f8[STRETCHES,2]  memory: begin and end of those of an edge
     e  f8[6]  the tip's error
     A  f8[6,N]  and its Jacobian
-    M  f8[6,7]  memory
+    M  f8[6,6]  memory
+    y  f8[6]  memory: of a step
     mass  f8[N]  memory: behind a joint
     moment  f8[N,3]
     torque  f8[N]

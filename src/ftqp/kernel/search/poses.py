@@ -1,11 +1,13 @@
 """Poses by Newton steps: how far the tip is from one, postures brought to it, and back into a tube."""
 
-from math import acos, atan2, inf, sin, sqrt
+from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic_places
+from ftqp.kernel.arm.pose_error import tool_turn, turn_between
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.maths.vectors import cross, inner, length
+from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.maths.vectors import times, write
 from ftqp.kernel.search.looks import pose_arm
 
 SPACING = 0.05
@@ -17,39 +19,15 @@ STEPS, LONGEST = 40, 0.7
 
 
 @jit
-def _turn_error(K: Any, T: Any, e: Any) -> None:
-    """The turn of the tip from a pose, times a length; of its z axis alone along the axes of the pose."""
-    W, R = K.ways, K.ahead.R_tip
-    if W.has_axis:
-        tip, goal = (R[2], R[5], R[8]), (T[2], T[6], T[10])
-        turn = cross(goal, tip)
-        sine = length(turn)
-        f = W.length * (atan2(sine, inner(tip, goal)) / sine if sine > 0.0 else 1.0)
-        for k in range(3):
-            e[3 + k] = f * inner((T[k], T[4 + k], T[8 + k]), turn)
-        return
-    c = w0 = w1 = w2 = 0.0
-    for i in range(3):
-        r0, r1, r2 = R[3 * i], R[3 * i + 1], R[3 * i + 2]
-        d0 = r0 * T[0] + r1 * T[1] + r2 * T[2]
-        d1 = r0 * T[4] + r1 * T[5] + r2 * T[6]
-        d2 = r0 * T[8] + r1 * T[9] + r2 * T[10]
-        c += d0 if i == 0 else (d1 if i == 1 else d2)
-        w0 += 0.0 if i == 0 else (-d2 if i == 1 else d1)
-        w1 += d2 if i == 0 else (0.0 if i == 1 else -d0)
-        w2 += -d1 if i == 0 else (d0 if i == 1 else 0.0)
-    t = acos(min(max(0.5 * (c - 1.0), -1.0), 1.0))
-    f = W.length * (0.5 * t / sin(t) if 1e-6 < t < 3.14159 else (0.5 if t < 1.0 else 1.0))
-    e[3], e[4], e[5] = f * w0, f * w1, f * w2
-
-
-@jit
 def tip_error(K: Any, T: Any) -> None:
-    """The way of the tip from a pose, (6,): place, and turn times a length."""
-    e, o = K.ways.e, K.ahead.o_tip
+    """The way of the tip from a pose, (6,): place, and turn times a length, or that of its z axis alone."""
+    W, e, R, o = K.ways, K.ways.e, K.ahead.R_tip, K.ahead.o_tip
     for i in range(3):
         e[i] = o[i] - T[4 * i + 3]
-    _turn_error(K, T, e)
+    if W.has_axis:
+        write(e, 3, times(-W.length, tool_turn(R, T)))
+    else:
+        write(e, 3, times(W.length, turn_between(R, 3, T, 4)))
 
 
 @jit
@@ -67,10 +45,10 @@ def tip_rows(K: Any, T: Any) -> None:
 
 
 @jit
-def _joint_step(W: Any, rows: int, j: int) -> float:
+def _joint_step(W: Any, j: int) -> float:
     s = 0.0
     for i in range(6):
-        s -= W.A[i, j] * W.M[i, 6] if rows >> i & 1 else 0.0
+        s -= W.A[i, j] * W.y[i]
     return s
 
 
@@ -80,33 +58,23 @@ def newton_step(K: Any, q: Any, rows: int, damping: float, longest: float) -> No
 
     A joint that stands at its limit and would go beyond is left out, and the step is made again.
     """
-    W, n, M, held = K.ways, K.chain.n, K.ways.M, 0
+    W, n, M, y, held = K.ways, K.chain.n, K.ways.M, K.ways.y, 0
     for _ in range(3):
         for i in range(6):
-            for k in range(i, 6):
+            counts = rows >> i & 1
+            for k in range(i + 1):
                 s = 0.0
                 for j in range(n):
                     s += 0.0 if held >> j & 1 else W.A[i, j] * W.A[k, j]
-                M[i, k] = s if rows >> i & 1 and rows >> k & 1 else 0.0
-            if rows >> i & 1:
-                M[i, i] += damping
-                M[i, 6] = W.e[i]
-            else:
-                M[i, i], M[i, 6] = 1.0, 0.0
-        for i in range(6):  # Cholesky, the upper triangle, the right side with it
-            for k in range(i, 7):
-                s = M[i, k]
-                for p in range(i):
-                    s -= M[p, i] * M[p, k]
-                M[i, k] = sqrt(max(s, 1e-18)) if k == i else s / M[i, i]
-        for i in range(5, -1, -1):
-            s = M[i, 6]
-            for k in range(i + 1, 6):
-                s -= M[i, k] * M[k, 6]
-            M[i, 6] = s / M[i, i]
+                M[i, k] = s if counts and rows >> k & 1 else 0.0
+            M[i, i] += damping if counts else 1.0
+            y[i] = W.e[i] if counts else 0.0
+        if not factor(M, 6):
+            return
+        solve_factored(M, 6, y)
         most, more = 0.0, held
         for j in range(n):
-            s = _joint_step(W, rows, j) if W.free[j] and not held >> j & 1 else 0.0
+            s = _joint_step(W, j) if W.free[j] and not held >> j & 1 else 0.0
             most = max(most, abs(s))
             if (s > 0.0 and q[j] >= W.q_max[j]) or (s < 0.0 and q[j] <= W.q_min[j]):
                 more |= 1 << j
@@ -116,7 +84,7 @@ def newton_step(K: Any, q: Any, rows: int, damping: float, longest: float) -> No
     share = min(1.0, longest / most) if most > 0.0 else 0.0
     for j in range(n):
         if W.free[j] and not held >> j & 1:
-            q[j] = min(max(q[j] + share * _joint_step(W, rows, j), W.q_min[j]), W.q_max[j])
+            q[j] = min(max(q[j] + share * _joint_step(W, j), W.q_min[j]), W.q_max[j])
     if K.chain.mimics:
         mimic_places(K.chain, q)
 

@@ -21,6 +21,7 @@ from ftqp.kernel.layout.ways_room import (
     ROUNDING,
     SHORTENING,
 )
+from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.search.looks import obstruction, passes, pose_arm
 from ftqp.kernel.search.poses import (
     LONGEST,
@@ -76,13 +77,6 @@ def gap(a: Any, b: Any, n: int) -> float:
 
 
 @jit
-def copy(a: Any, b: Any, n: int) -> None:
-    """a <- b."""
-    for j in range(n):
-        a[j] = b[j]
-
-
-@jit
 def node_of(K: Any, tree: int, k: int) -> Any:
     """A node of a tree, (n,)."""
     n = K.chain.n
@@ -114,7 +108,7 @@ def is_full(K: Any) -> bool:
 def add_node(K: Any, tree: int, q: Any, parent: int) -> int:
     """Add a node; its number."""
     W, k = K.ways, K.ways.count[tree]
-    copy(node_of(K, tree, k), q, K.chain.n)
+    assign(node_of(K, tree, k), q, K.chain.n)
     W.parent[tree, k], W.count[tree] = parent, k + 1
     return k
 
@@ -204,7 +198,7 @@ def lead_to(K: Any, node: int) -> int:
     i = node if k < PLACES else -1
     while i >= 0:
         k -= 1
-        copy(W.place[k], node_of(K, 0, i), n)
+        assign(W.place[k], node_of(K, 0, i), n)
         i = W.parent[0, i]
     W.found, W.until, W.vain = W.looks, W.looks + W.shortening, 0
     return int(W.stage)
@@ -221,7 +215,7 @@ def _join(K: Any, a: int, b: int) -> None:
         if W.places >= PLACES:
             W.stage = NO_WAY
             return
-        copy(W.place[W.places], node_of(K, 1, i), n)
+        assign(W.place[W.places], node_of(K, 1, i), n)
         W.places, i = W.places + 1, W.parent[1, i]
 
 
@@ -259,7 +253,7 @@ def _start_comes_to_goal(K: Any) -> bool:
         return True
     if W.nears and W.left < W.least and obstruction(K, q) == 0:
         W.least = W.left
-        copy(W.best, q, n)
+        assign(W.best, q, n)
     return False
 
 
@@ -287,12 +281,12 @@ def _aim_near(K: Any) -> None:
     """Let the nearest posture be the goal, led on while it comes nearer: the goal has no clear one."""
     W = K.ways
     for _ in range(NEARER):
-        copy(W.drawn, W.best, K.chain.n)
+        assign(W.drawn, W.best, K.chain.n)
         s = _come_nearer(K, W.drawn, LONGEST)
         if s > (1.0 - LITTLE) * W.least or obstruction(K, W.drawn) != 0:
             break
         W.least = s
-        copy(W.best, W.drawn, K.chain.n)
+        assign(W.best, W.drawn, K.chain.n)
     W.nears, W.most, W.joining = 3, min(W.most, W.looks + AS_NEAR), 0
     add_goal(K, W.best)
 
@@ -355,7 +349,7 @@ def _follows(K: Any) -> bool:
     W, n = K.ways, K.chain.n
     if W.followed + 1 >= W.path:
         return False
-    copy(W.gone, W.follows, n)
+    assign(W.gone, W.follows, n)
     if not comes_to(K, W.gone, W.path_pose[W.followed + 1]):
         return False
     for j in range(n):
@@ -366,7 +360,7 @@ def _follows(K: Any) -> bool:
             return False
     elif obstruction(K, W.gone) != 0:
         return False
-    copy(W.follows, W.gone, n)
+    assign(W.follows, W.gone, n)
     W.followed += 1
     return True
 
@@ -386,10 +380,10 @@ def follow_line(K: Any) -> None:
     """Follow the straight way of the tip to its next pose: it is the way, or another one is looked for."""
     W, n = K.ways, K.chain.n
     if W.followed == 0:
-        copy(W.follows, W.start, n)
-        copy(W.place[0], W.start, n)
+        assign(W.follows, W.start, n)
+        assign(W.place[0], W.start, n)
     if _follows(K):
-        copy(W.place[W.followed], W.follows, n)
+        assign(W.place[W.followed], W.follows, n)
     elif W.followed + 1 >= W.path:
         W.places, W.found = W.path, W.looks
         _round(W)
@@ -448,12 +442,12 @@ def _walk(K: Any, a: Any, b: Any) -> int:
     """Steps from a to b into ``walk``: how many, the last one is b, or 0 where it ends before."""
     W, n = K.ways, K.chain.n
     if not W.tube:
-        copy(W.walk[0], b, n)
+        assign(W.walk[0], b, n)
         return 1 if free_share(K, a, b) >= 1.0 else 0
-    copy(W.gone, a, n)
+    assign(W.gone, a, n)
     for m in range(POSES):
         there = step_towards(K, W.gone, b, W.walk[m])
-        copy(W.gone, W.walk[m], n)
+        assign(W.gone, W.walk[m], n)
         if there != 1:
             return m + 1 if there == 2 else 0
     return 0
@@ -497,14 +491,14 @@ def shorten(K: Any) -> None:
         return
     if shift > 0:
         for p in range(k - 1, j, -1):
-            copy(Q[p + shift], Q[p], n)
+            assign(Q[p + shift], Q[p], n)
     elif shift < 0:
         for p in range(j + 1, k):
-            copy(Q[p + shift], Q[p], n)
+            assign(Q[p + shift], Q[p], n)
     if first:
-        copy(Q[i + 1], a, n)
+        assign(Q[i + 1], a, n)
     for p in range(m - last):
-        copy(Q[i + 1 + first + p], W.walk[p], n)
+        assign(Q[i + 1 + first + p], W.walk[p], n)
     W.places = k + shift
     if after < LESS * before:
         W.vain = 0

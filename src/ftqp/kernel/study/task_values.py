@@ -1,14 +1,14 @@
 """Error and Jacobian of a study's task rows, and their derivatives."""
 
-from math import atan2, cos, sin, sqrt
+from math import cos, sin, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.arm.pose_error import turn_between
+from ftqp.kernel.arm.pose_error import tool_turn, turn_between
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.linear_systems import assign, plus_products
 from ftqp.kernel.maths.svd import singular_directions
-from ftqp.kernel.maths.vectors import Vector, column, cross, inner, length, plus, three_from, times
+from ftqp.kernel.maths.vectors import Vector, column, cross, inner, plus, three_from, times
 
 SMALL = 1e-3
 """Angle [rad] below which the inverse right Jacobian is a series. The series is then cut below rounding: its
@@ -24,7 +24,7 @@ def task_values(S: Any) -> float:
     for r in range(3):
         full[r] = T[4 * r + 3] - kinematics.o_tip[r]
     if study.axis:
-        _tool_turn(S)
+        full[3], full[4], full[5] = tool_turn(R, T)
     elif study.turns:
         full[3], full[4], full[5] = turn_between(T, 4, R, 3)
     square = 0.0
@@ -40,19 +40,6 @@ def task_values(S: Any) -> float:
                 along = T[k - 3] * J[3, i] + T[k + 1] * J[4, i] + T[k + 5] * J[5, i]
                 study.A[row, i] = 0.0 if study.held[i] else scale * along
     return sqrt(square)
-
-
-@jit
-def _tool_turn(S: Any) -> None:
-    """The shortest turn of the tool's z axis to the goal's, along the x, y and z axes of the goal."""
-    T, R, full = S.study.goal, S.kinematics.R_tip, S.study.full
-    tip, goal = (R[2], R[5], R[8]), (T[2], T[6], T[10])
-    turn = cross(tip, goal)
-    sine = length(turn)
-    angle = atan2(sine, inner(tip, goal))
-    f = angle / sine if sine > 0.0 else 1.0
-    for k in range(3):
-        full[3 + k] = f * inner((T[k], T[4 + k], T[8 + k]), turn)
 
 
 @jit

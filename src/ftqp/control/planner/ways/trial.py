@@ -14,7 +14,6 @@ from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import FALLBACK, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST, RISE_TIME
 from ftqp.kernel.layout.ways_room import WayStage
-from ftqp.model.robot import Robot
 
 OFF = (FALLBACK, STOPPING, STOPPED, INVALID_INPUT)
 """Statuses of a tick with which a motion has failed."""
@@ -78,9 +77,9 @@ class Tried(NamedTuple):
 class Trial:
     """Tries motions from one state of an arm, on a planner of its own."""
 
-    def __init__(self, twin: Any, start: JointState, passable: MotionValidity) -> None:
-        self._twin, self._start, self._passable = twin, start, passable
-        self._view = twin.view()
+    def __init__(self, twin: Any, own: PlannerView, passable: MotionValidity) -> None:
+        self._twin, self._view, self._own, self.passable = twin, twin.view(), own, passable
+        self._start = own.command
 
     def joints(self, places: Sequence[FloatArray]) -> Tried:
         """Go to a place, or come to rest and go through several in one motion, as ``GoTo`` does."""
@@ -123,15 +122,67 @@ class Trial:
     def _judged(self, trace: list[JointState], arrives: bool, later: float) -> Tried:
         q, v, a = (np.array(part) for part in zip(*trace, strict=True))
         places = thinned(q, LOOKED_AT)
-        efforts, room = self._passable.effort(places), self._passable.room(places)
+        efforts, (clear, room) = self.passable.effort(places), self.passable.distances(places)
         most = max(HELD, float(efforts[0]))
         near = bool((room <= min(0.0, float(room[0]) - 1e-9)).any())
         some = np.unique(np.linspace(0, len(q) - 1, BORNE_AT, dtype=np.int64))
         return Tried(
-            q, (len(q) - 1) * self._twin.dt + later, arrives, float(self._passable.clearance(places).min()),
+            q, (len(q) - 1) * self._twin.dt + later, arrives, float(clear.min()),
             float(efforts.max()), bool((efforts <= most).all()) and not near, near,
-            self._passable.base_wrenches(q[some], v[some], a[some]).max(axis=0),
+            self.passable.base_wrenches(q[some], v[some], a[some]).max(axis=0),
         )  # fmt: skip
+
+    def halt_posture(self, stand: FloatArray) -> FloatArray:
+        """The posture near by that needs the least of the motors and the base and is away from limits, (nv,).
+
+        effort(q) + 0.5 max(0, 1 - room(q)/0.1) + 0.125 (force/force_0 + torque/torque_0) is made small, with
+        the largest share of a torque limit that holds the arm at rest, the least share of a range to a limit,
+        and the largest force and torque that the base bears on the way there, beside those of braking on the
+        spot. The same arm gets the same posture.
+        Source: docs/theory/ways-out.md; Chen 2020.
+        """
+        generator = np.random.default_rng(0)
+        own, passable = self._own, self.passable
+        working, low, high = own.working, own.limits.q_min, own.limits.q_max
+        box_low, box_high = np.maximum(low, stand - NEAR), np.minimum(high, stand + NEAR)
+        ranged = working & np.isfinite(low) & np.isfinite(high)
+
+        def costs(places: FloatArray) -> FloatArray:
+            room = np.minimum(places - low, high - places)[:, ranged] / (high - low)[ranged]
+            near = np.maximum(0.0, 1.0 - room.min(axis=1, initial=1.0) / ROOM_SHARE)
+            found: FloatArray = passable.effort(places) + 0.5 * near
+            found[passable.distances(places)[1] <= 0.0] = np.inf
+            return found
+
+        seen, cost, width = stand[None], costs(stand[None]), 1.0
+        for _ in range(ROUNDS):
+            drawn = generator.uniform(-1.0, 1.0, (SAMPLES, len(stand)))
+            places = seen[np.argmin(cost)] + width * NEAR * drawn
+            places = np.where(working, np.clip(places, box_low, box_high), stand)
+            seen, cost = np.vstack([seen, places]), np.append(cost, costs(places))
+            width *= SHRINK
+        first = self._borne(stand)
+        chosen = [0, *(int(k) for k in np.argsort(cost[1:], kind="stable")[:CHOICE] + 1)]
+        for k in chosen:
+            borne = self._borne(seen[k]) if k else first
+            cost[k] += 0.5 * BASE_SHARE * float((borne / np.maximum(first, LEAST_BORNE)).sum())
+        best: FloatArray = seen[min(chosen, key=lambda k: cost[k])]
+        return best
+
+    def _borne(self, end: FloatArray) -> FloatArray:
+        """The largest force and torque that the base bears on the way to a posture, (2,) [N, N m]."""
+        start, working, limits = self._start, self._own.working, self._own.limits
+        nominal = self._twin.robot.limits
+        jerk = np.minimum(nominal.a_max / RISE_TIME, nominal.j_max)
+        now = State(*(part[working] for part in start))
+        motion = Motion(int(working.sum())) if working.any() else None
+        rows = np.tile(np.array([start.q, 0.0 * start.v, 0.0 * start.v]), (ON_THE_WAY, 1, 1))
+        if motion is not None:
+            motion.plan(now, end[working], limits.v[working], limits.a[working], jerk[working])
+            for row, t in zip(rows, np.linspace(0.0, motion.duration, ON_THE_WAY), strict=True):
+                row[:, working] = motion.at(float(t))
+        borne: FloatArray = self.passable.base_wrenches(*rows.transpose(1, 0, 2)).max(axis=0)
+        return borne
 
 
 def thinned(q: FloatArray, apart: float) -> FloatArray:
@@ -163,58 +214,3 @@ def corners(q: FloatArray, off: float) -> FloatArray:
             kept.add(k)
             parts += [(a, k), (k, b)]
     return q[sorted(kept)]
-
-
-def halt_posture(
-    start: JointState, stand: FloatArray, passable: MotionValidity, view: PlannerView, robot: Robot
-) -> FloatArray:
-    """The posture near by that needs the least of the motors and the base and is away from limits, (nv,).
-
-    effort(q) + 0.5 max(0, 1 - room(q)/0.1) + 0.125 (force/force_0 + torque/torque_0) is made small, with the
-    largest share of a torque limit that holds the arm at rest, the least share of a range to a limit, and
-    the largest force and torque that the base bears on the way there, beside those of braking on the spot.
-    The same arm gets the same posture.
-    Source: docs/theory/ways-out.md; Chen 2020.
-    """
-    generator = np.random.default_rng(0)
-    working, low, high = view.working, view.limits.q_min, view.limits.q_max
-    box_low, box_high = np.maximum(low, stand - NEAR), np.minimum(high, stand + NEAR)
-    ranged = working & np.isfinite(low) & np.isfinite(high)
-
-    def costs(places: FloatArray) -> FloatArray:
-        room = np.minimum(places - low, high - places)[:, ranged] / (high - low)[ranged]
-        near = np.maximum(0.0, 1.0 - room.min(axis=1, initial=1.0) / ROOM_SHARE)
-        found: FloatArray = passable.effort(places) + 0.5 * near
-        found[passable.room(places) <= 0.0] = np.inf
-        return found
-
-    seen, cost, width = stand[None], costs(stand[None]), 1.0
-    for _ in range(ROUNDS):
-        places = seen[np.argmin(cost)] + width * NEAR * generator.uniform(-1.0, 1.0, (SAMPLES, len(stand)))
-        places = np.where(working, np.clip(places, box_low, box_high), stand)
-        seen, cost = np.vstack([seen, places]), np.append(cost, costs(places))
-        width *= SHRINK
-    first = _borne(start, stand, passable, view, robot)
-    chosen = [0, *(int(k) for k in np.argsort(cost[1:], kind="stable")[:CHOICE] + 1)]
-    for k in chosen:
-        borne = _borne(start, seen[k], passable, view, robot) if k else first
-        cost[k] += 0.5 * BASE_SHARE * float((borne / np.maximum(first, LEAST_BORNE)).sum())
-    best: FloatArray = seen[min(chosen, key=lambda k: cost[k])]
-    return best
-
-
-def _borne(
-    start: JointState, end: FloatArray, passable: MotionValidity, view: PlannerView, robot: Robot
-) -> FloatArray:
-    """The largest force and torque that the base bears on the way to a posture, (2,) [N, N m]."""
-    working, limits = view.working, view.limits
-    jerk = np.minimum(robot.limits.a_max / RISE_TIME, robot.limits.j_max)
-    now = State(*(part[working] for part in start))
-    motion = Motion(int(working.sum())) if working.any() else None
-    rows = np.tile(np.array([start.q, 0.0 * start.v, 0.0 * start.v]), (ON_THE_WAY, 1, 1))
-    if motion is not None:
-        motion.plan(now, end[working], limits.v[working], limits.a[working], jerk[working])
-        for row, t in zip(rows, np.linspace(0.0, motion.duration, ON_THE_WAY), strict=True):
-            row[:, working] = motion.at(float(t))
-    borne: FloatArray = passable.base_wrenches(*rows.transpose(1, 0, 2)).max(axis=0)
-    return borne

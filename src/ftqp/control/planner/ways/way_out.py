@@ -9,7 +9,7 @@ from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.ways.trial import SLICE, Trial, Tried, corners, halt_posture, thinned
+from ftqp.control.planner.ways.trial import SLICE, Trial, Tried, corners, thinned
 from ftqp.control.planner.ways.ways import Ways
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen, positive
@@ -120,12 +120,11 @@ def ways_out(planner: Any, make: type[Any], came: FloatArray | None, home: Any) 
         raise InputError("it is not known where the arm is; call planner.reset(q) before ways_out()")
     belongs = robot.neutral if planner.posture is None else planner.posture
     belongs = belongs if home is None else robot.angles(home)
-    passable = planner.passable()
     hang = _hanging(planner, view)
     with quiet():
         twin = _twin(planner, make, hang)
         twin.reset(view.command.q, view.command.v)
-        found = _found(planner, twin, view, passable, came, belongs, hang)
+        found = _found(planner, twin, planner.passable(), came, belongs, hang)
     return tuple(sorted(found, key=lambda way: not way.clear))
 
 
@@ -153,22 +152,17 @@ def _twin(planner: Any, make: type[Any], hang: tuple[str, ...]) -> Any:
 
 
 def _found(
-    planner: Any,
-    twin: Any,
-    view: PlannerView,
-    passable: MotionValidity,
-    came: FloatArray | None,
-    home: FloatArray,
+    planner: Any, twin: Any, passable: MotionValidity, came: FloatArray | None, home: FloatArray,
     hang: tuple[str, ...],
-) -> list[WayOut]:
+) -> list[WayOut]:  # fmt: skip
     """All ways, in their order."""
+    view = planner.view()
     start, limits, working = view.command, view.limits, view.working
-    trial = Trial(twin, start, passable)
+    trial = Trial(twin, view, passable)
     found: list[WayOut] = []
-    failed = tuple(planner.faults)
 
     def add(kind: str, places: FloatArray, tried: Tried, rows: str = "") -> None:
-        found.append(_way(kind, rows, places, tried, view, twin.robot, passable, hang, failed))
+        found.append(_way(kind, rows, places, tried, planner, passable, hang))
 
     swings = not hang and any(isinstance(fault, FreeSwinging) for fault in planner.faults.values())
     only_stops = swings or not working.any()
@@ -190,7 +184,7 @@ def _found(
         place = np.where(working, np.clip(home, limits.q_min, limits.q_max), start.q)
         way = _round(twin, stand, place)
         add("home", way, trial.joints(list(way)))
-        rest = halt_posture(start, stand, passable, view, twin.robot)
+        rest = trial.halt_posture(stand)
         add("halt", rest[None], trial.joints([rest]))
     add("stop", stand[None], trial.joints([stand]))
     return found
@@ -249,25 +243,20 @@ def _is_back(view: PlannerView, q: FloatArray, begin: FloatArray, rows: str) -> 
 
 
 def _way(
-    kind: str,
-    rows: str,
-    places: FloatArray,
-    tried: Tried,
-    view: PlannerView,
-    robot: Robot,
-    passable: MotionValidity,
+    kind: str, rows: str, places: FloatArray, tried: Tried, planner: Any, passable: MotionValidity,
     hang: tuple[str, ...],
-    failed: tuple[str, ...],
-) -> WayOut:
+) -> WayOut:  # fmt: skip
     """A way with what there is to say of it."""
-    end, limits, working = tried.q[-1], view.limits, view.working
+    view, end = planner.view(), tried.q[-1]
+    limits, working = view.limits, view.working
     ends = np.minimum(end - limits.q_min, limits.q_max - end)[working]
     way = WayOut(
         kind=kind, rows=rows, places=frozen(places.copy()), time=tried.time, arrives=tried.arrives,
         clear=tried.arrives and tried.passes, clearance=tried.clearance,
         effort=float(passable.effort(end[None])[0]), limit=float(ends.min(initial=np.inf)),
-        still=_still(robot, end, np.asarray(working)), near=tried.near,
-        force=float(tried.borne[0]), moment=float(tried.borne[1]), brakes=hang, failed=failed, sentence="",
+        still=_still(planner.robot, end, np.asarray(working)), near=tried.near,
+        force=float(tried.borne[0]), moment=float(tried.borne[1]), brakes=hang,
+        failed=tuple(planner.faults), sentence="",
     )  # fmt: skip
     return replace(way, sentence=_sentence(way))
 

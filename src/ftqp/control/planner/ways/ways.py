@@ -57,7 +57,7 @@ def refusal(planner: Any, rows: Any = None, *, stays: bool = False) -> str:
 
 
 @final
-class Ways:
+class Ways(WaySession):
     """Thinks of a way of the joints to any of some goals, and of the motion along it.
 
     It knows the arm and its scene as a planner believes them when it is made: limits that are left, joints
@@ -114,10 +114,9 @@ class Ways:
         shortening: int = SHORTENING,
         seed: int = 0,
     ) -> None:
+        super().__init__(*planner.way_session())
         self._planner = planner
-        self._session: WaySession = planner.way_session()
-        self.W = W = self._session.W
-        robot, n = planner.robot, planner.robot.nv
+        W, robot, n = self.W, planner.robot, planner.robot.nv
         self._start: FloatArray = planner.view().command.q if start is None else start
         W.effort, W.length, W.most = effort, robot.length, most
         W.tolerance[:] = tolerance[0], robot.length * tolerance[1]
@@ -125,7 +124,7 @@ class Ways:
         W.dt, W.speed = planner.dt, planner.pace
         W.a_max[:n] = np.maximum(W.a_max[:n], LEAST_ACCELERATION * robot.limits.a_max)
         W.rise = max(rise_time, float((W.a_max[:n] / robot.limits.j_max)[W.free[:n] > 0].max(initial=0.0)))
-        self._session.draw_about(self._start, seed)
+        self.draw_about(self._start, seed)
         self._tool = np.eye(4)
         if goal is not None or tube is not None or path is not None:
             self._choose_rows(planner.kept_rows if rows is None else rows)
@@ -133,19 +132,18 @@ class Ways:
             self.aim(goal)
         if tube is not None:
             W.slack = min(SLACK, 0.1 * radius[0]) if radius[0] > 0.0 else SLACK
-            self._session.hold_tube(tube @ self._tool, (radius[0], robot.length * radius[1]))
+            self.hold_tube(tube @ self._tool, (radius[0], robot.length * radius[1]))
         if straight is not None and goal is not None:
             path, leap = self._line_to(goal), np.full(n, LEAP)
             W.straight, W.rise = 1, max(float(W.rise), straight.rise_time)
             W.tip_speed[:] = straight.speed, straight.turn
             W.tip_acceleration[:] = straight.acceleration, straight.turn_acceleration
         if path is not None and leap is not None:
-            self._session.hold_path(path @ self._tool, leap)
-        self.met: Met | None = self._session.begin(self._start)
+            self.hold_path(path @ self._tool, leap)
+        self.met: Met | None = self.begin(self._start)
         self.start_blocked = self.sentence_of(self.met)
         if places is not None:
-            self._session.go_along(places)
-        self.stage = WayStage(int(W.stage))
+            self.go_along(places)
         for q in goals:
             self.add(q)
 
@@ -161,66 +159,18 @@ class Ways:
     def _choose_rows(self, rows: Any) -> None:
         """Let these rows of poses count."""
         self._names, tool = task_rows(self._planner.robot, rows)
-        self._session.choose_rows(sum(1 << COMPONENTS.index(name) for name in self._names), tool)
+        self.choose_rows(sum(1 << COMPONENTS.index(name) for name in self._names), tool)
         if tool:
             self._tool = transform(axis_frame(self._planner.task.axis), np.zeros(3))
 
     def aim(self, goal: Any) -> None:
         """Let the goal be a pose of the tip, and starts for its postures begin anew."""
-        self._session.aim(goal_pose(goal, self._names))
-
-    def find(self, looks: int) -> FloatArray | None:
-        """A further clear posture of the goal, (nv,), within about so many looks; None: not found yet."""
-        return self._session.find(looks)
-
-    def explore(self, looks: int) -> int | None:
-        """A further place that can be come to, by number, within about so many looks; None: not yet."""
-        node = self._session.explore(looks)
-        return None if node < 0 else node
-
-    def place(self, node: int) -> FloatArray:
-        """A place that was explored, (nv,) [rad or m]."""
-        return self._session.node(node)
-
-    def lead_to(self, node: int) -> None:
-        """Let there be a way to a place that was explored."""
-        self.stage = self._session.lead_to(node)
-
-    def begin_following(self, q: FloatArray, first: int) -> None:
-        """Let the path be followed from a posture at one of its poses."""
-        self.W.followed, self.W.follows[: len(q)] = first, q
-
-    def follow(self, looks: int) -> bool:
-        """Follow it on for about so many looks; whether it ends, as joints cannot go on or at its end."""
-        return self._session.follow(looks)
-
-    @property
-    def at(self) -> FloatArray:
-        """Where the joints are there, (nv,) [rad or m]."""
-        return np.array(self.W.follows[: self._session.n])
-
-    @property
-    def followed(self) -> int:
-        """The pose of the path that was come to."""
-        return int(self.W.followed)
+        super().aim(goal_pose(goal, self._names))
 
     def add(self, q: FloatArray) -> bool:
         """A further goal posture, any time; whether the arm may stand there."""
-        goal = np.where(self._planner.view().working, q, self._start)
-        self.met = self._session.add(goal)
-        self.stage = WayStage(int(self.W.stage))
+        self.met = self.add_goal(np.where(self._planner.view().working, q, self._start))
         return self.met is None
-
-    def search_step(self, looks: int) -> WayStage:
-        """One slice of about so many looks at postures; what is done then."""
-        if self.is_searching:
-            self.stage = self._session.search_step(looks)
-        return self.stage
-
-    @property
-    def is_searching(self) -> bool:
-        """Whether there is more to think of."""
-        return self.stage not in (WayStage.READY, WayStage.NO_WAY)
 
     @property
     def has_way(self) -> bool:
@@ -241,22 +191,12 @@ class Ways:
     @property
     def way(self) -> FloatArray:
         """The places of the way, the start first, (k, nv) [rad or m]."""
-        return np.array(self.W.place[: int(self.W.places), : self._session.n])
-
-    @property
-    def motion(self) -> FloatArray:
-        """The places of every tick from rest to rest, (ticks, nv) [rad or m]; READY only."""
-        return self._session.table
+        return np.array(self.W.place[: int(self.W.places), : self.n])
 
     @property
     def is_free(self) -> bool:
         """Whether the motion is proven free; READY only."""
         return bool(self.W.is_free)
-
-    def prove_again(self, table: FloatArray, first: int) -> None:
-        """Prove what is left of a motion anew, from one of its ticks on, by ``search_step``."""
-        self._session.prove_again(table, first)
-        self.stage = WayStage.PROVING
 
     @property
     def looks(self) -> int:
@@ -269,21 +209,16 @@ class Ways:
         return int(self.W.starts)
 
     @property
-    def postures(self) -> tuple[int, int]:
-        """How many of them came to the goal, and how many of these are clear."""
-        return int(self.W.posed), int(self.W.clear)
-
-    @property
     def sentence(self) -> str:
         """What was looked for, where there is no way."""
-        posed, clear = self.postures
+        posed, clear = int(self.W.posed), int(self.W.clear)  # postures of the goal, and those that are clear
         if self.start_blocked is not None or (not self.W.has_goal and self.met is not None):
             return str(self.start_blocked or self.sentence_of(self.met))
         if not self.W.has_goal or clear:
-            return f"no way round was found in {int(self.W.looks)} looks"
+            return f"no way round was found in {self.looks} looks"
         if not posed:
             return f"no posture was found in {self.starts} starts"
-        most = self.sentence_of(self._session.hindrance)
+        most = self.sentence_of(self.hindrance)
         return f"none of {posed} postures found in {self.starts} starts is clear: most often {most}"
 
     def sentence_of(self, met: Met | None) -> str | None:
