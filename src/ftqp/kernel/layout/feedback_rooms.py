@@ -159,7 +159,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     peak_v peak_a  f8[N]  the most of what was asked for lately
     act  f8[N]  motion that was asked for [rad/s or m/s]
     unit  f8[N]  one over a fifth of the torque limits
-    weight inertia  f8[N]  g, and M a, of the model, in these units
+    weight inertia own  f8[N]  g, M a, and M_ii of the model, in these units
     slow  f8[N,SERVO]  what is older in what the parameters multiply
     theta stated  f8[N,SERVO]  what is known of the servo now, and what was stated of it
     doubt  f8[N,SERVO]  standard deviations of what was stated
@@ -182,6 +182,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     unsure response  f8[N]  variance of what leads a command, and how long a servo may take to follow [s]
     room  f8[N]  how far ahead of a joint its command may be
     phi gain  f8[SERVO]  memory
+    alone  f8[N]  memory
 learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.
     on  i8  it is learned
     based  i8  ``base_`` holds the model

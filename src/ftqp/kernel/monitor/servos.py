@@ -63,6 +63,8 @@ much, what a lock is judged by falls so many times as fast."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 """A joint that was let go is not judged, nor is its motor believed off where the arm was switched on, for
 so long [s] and so many times what it may lag: it goes where its load draws it."""
+NOISES = 4.0
+"""An acceleration of two standard deviations of its noise counts by half."""
 BEGINS = 8.0
 """An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
 TAUGHT = 3.0
@@ -137,7 +139,7 @@ def begin_filters(K: Any) -> None:
         M.y[i] = M.anchor[i] = M.place[i] = y
         M.u[i] = u
         M.total[i] = y * ((M.every - i % M.every) % M.every)  # samples that its first mean lacks
-        M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
+        M.act[i] = M.weight[i] = M.inertia[i] = M.own[i] = M.r[i] = M.S[i] = 0.0
         M.rests[i], M.blind[i] = 0, begins
         if not M.ideal:
             M.settles = max(M.settles, ticks_to_settle(K, i))
@@ -191,7 +193,10 @@ def take_samples(K: Any, then: int) -> None:
 
 @rare_jit
 def motion_terms(K: Any) -> None:
-    """g(q), and M(q) a of the accelerations that are seen, in units of a fifth of the torque limits."""
+    """g(q), and M(q) a of the accelerations that are seen, in units of a fifth of the torque limits.
+
+    And the inertia that one joint after the other moves alone.
+    """
     M, supposed = K.monitor, K.supposed
     if K.feedback.kind == TORQUE_DRIVE:
         model_torques(K)
@@ -206,6 +211,11 @@ def motion_terms(K: Any) -> None:
     torques_of(supposed, K.kinematics, K.chain, M.a)
     for i in range(K.chain.n):
         M.inertia[i] = K.kinematics.tau[i] * M.unit[i] - M.weight[i]
+        M.alone[i] = 0.0
+    k = K.state.ticks // M.every % K.chain.n
+    M.alone[k] = 1.0
+    torques_of(supposed, K.kinematics, K.chain, M.alone)
+    M.own[k] = K.kinematics.tau[k] * M.unit[k] - M.weight[k]
 
 
 @jit
@@ -226,11 +236,21 @@ def noise_of(K: Any, i: int) -> float:
 
 
 @jit
+def _beyond_noise(K: Any, i: int, a: float) -> float:
+    """What of the acceleration a that is seen is no noise of the samples: that has 3/16 w^5 dt sigma^2.
+
+    A row of noise would teach that nothing depends on it, the more surely the longer the arm rests.
+    """
+    w = K.monitor.w
+    return float(a * a * a / (a * a + NOISES * 0.1875 * w**5 * K.state.dt * noise_of(K, i) + 1e-12))
+
+
+@jit
 def observe_joint(K: Any, i: int) -> None:
     """How fast joint i is, and how much of its motion was asked for."""
     M, D, decay = K.monitor, K.monitor.D, K.monitor.decay
     M.v[i] = D * (M.y_f[1, i] - M.y_f[2, i])
-    M.a[i] = D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i])
+    M.a[i] = _beyond_noise(K, i, D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i]))
     v = D * (M.u_f[1, i] - M.u_f[2, i])
     a = D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])
     if K.feedback.kind == TORQUE_DRIVE:
@@ -327,10 +347,20 @@ def _come_loose(M: Any, i: int) -> float:
 
 
 @jit
+def _pull_of_others(K: Any, i: int) -> float:
+    """What the others' motion does to joint i, if all of m is inertia of the links, and no rotor's."""
+    M = K.monitor
+    if M.own[i] <= 0.0:
+        return 0.0
+    return float(M.theta[i, 1] * (M.inertia[i] / M.own[i] - M.a[i]))
+
+
+@jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
-    S = phi' P phi + 4 sigma^2 w dt + (missed act)^2, and f^2 + var f where the joint hardly moves.
+    S = phi' P phi + 4 sigma^2 w dt + (missed act)^2, and f^2 + var f where the joint hardly moves. What
+    speaks against the joint is r next to sqrt(S + the pull of the others).
     """
     M = K.monitor
     phi, theta, v, a, slow = M.phi, M.theta[i], M.v[i], M.a[i], creep_of(K, i)
@@ -365,8 +395,9 @@ def residual(K: Any, i: int) -> None:
         phi[FRICTION] = direction(phi[0], slow)
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
-    M.z[i] = r / sqrt(M.S[i])
-    M.S_sharp[i] = M.S[i] if by_torque else M.S[i] - miss * miss + sharp * sharp
+    pull = 0.0 if by_torque else _pull_of_others(K, i)
+    M.z[i] = r / sqrt(M.S[i] + pull * pull)
+    M.S_sharp[i] = M.S[i] if by_torque else M.S[i] - miss * miss + sharp * sharp + pull * pull
     M.z_sharp[i] = r / sqrt(M.S_sharp[i])
 
 
