@@ -229,8 +229,7 @@ class Simulation:
         duration: simulated time, the longest with a follower [s]; without it the path's duration, three
             times that with a follower.
         feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
-        log: a new file for the log, the parts of a long one, ``"memory"`` for a log in the result, or
-            ``None`` for none.
+        log: a new file, the parts of a long one, ``"memory"`` for a log in the result, or ``None`` for none.
         singularities: whether the log has the measures of singularity, which take time; they are NaN without.
         metadata: more to put into the log, for example the resolved scenario.
         world: the base under the arm where it moves, with the inertial task of this planner; the path is then

@@ -92,8 +92,7 @@ def track(task: TaskPath, q0: Any, theta: Any = 0.0) -> FloatArray:
             det [n; J] > 0.
 
     Raises:
-        InputError: The arm cannot follow the path from there, or speeds are given and it has not one joint
-            more than rows.
+        InputError: The arm cannot follow the path from there, or speeds are given without one joint to spare.
     """
     q, last = tracks(task, np.asarray(task.robot.angles(q0))[None], theta)
     if last[0] < task.N:
