@@ -343,8 +343,8 @@ class Simulation:
         if self._log == MEMORY:
             memory = MemoryRows(self._signals, about)
             return replace(self._recorded(memory), log=memory.log)
-        kind = PartedLog if isinstance(self._log, LogParts) else LogWriter
-        tallied = TalliedRows(kind(self._log, self._signals, about), self._signals, about)
+        log, of = self._log, (self._signals, about)
+        tallied = TalliedRows(PartedLog(log, *of) if isinstance(log, LogParts) else LogWriter(log, *of), *of)
         try:
             result = self._recorded(tallied)
         finally:
