@@ -127,7 +127,7 @@ def test_a_joint_without_end_is_off_by_the_short_way_round():
 def test_a_load_moves_the_centre_of_mass_that_is_measured():
     one = planner()
     one.reset(PANDA.neutral)
-    measures, at = FurtherMeasures(one), [m.name for m in FurtherMeasures(one).columns].index("mass")
+    measures, at = FurtherMeasures(one), names(FurtherMeasures(one)).index("mass")
     before = measures.at(PANDA.neutral)[at]
     one.carry(ftqp.Payload(mass=3.0, com=(0, 0, 0.05)))
     assert before < 1e-12 < 1e-2 < measures.at(PANDA.neutral)[at]

@@ -37,8 +37,7 @@ class Effectiveness:
     Args:
         joints: The number of joints.
         dt: The sampling period [s].
-        noise: Standard deviation of a measured position of the end effector [m]. A larger one learns more
-            slowly.
+        noise: Standard deviation of a measured tip position [m]. A larger one learns more slowly.
         drift: How far an effectiveness may move after a second, as a standard deviation. A larger one forgets
             sooner, and a fault is seen sooner after a long healthy motion.
 

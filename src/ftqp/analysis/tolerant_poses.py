@@ -77,11 +77,9 @@ def tolerant_workspace(
 
     Args:
         robot: The arm; it has more joints than task rows.
-        limits: The artificial limits, (nv, 2), low and high of each joint within its own [rad or m]; None is
-            its own range.
+        limits: The artificial limits, (nv, 2), low and high of each within its own [rad or m]; None is that.
         rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, or names of rows.
-        poses: How many are looked at, >= 1, each that of a random posture within the artificial limits. More
-            narrow the interval.
+        poses: How many are looked at, >= 1, each of a random posture within those. More narrow the interval.
         seed: Of the postures; the same arguments give the same report.
 
     Raises:

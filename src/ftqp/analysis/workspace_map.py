@@ -114,8 +114,7 @@ class WorkspaceTask:
 def spread_evenly(count: int, dimension: int, seed: int) -> FloatArray:
     """Angles spread evenly over all turns, (count, dimension) [rad], the same every time.
 
-    Source: the additive recurrence of Roberts 2018 with the generalised golden ratio; no formula of ours
-    depends on it.
+    Source: the additive recurrence of Roberts 2018 with the generalised golden ratio; no formula needs it.
     """
     ratio = 2.0
     for _ in range(60):
@@ -406,8 +405,7 @@ def workspace(
         configurations: At a point, >= 1: of each of its self-motions, at equal arc lengths, where joints turn
             without limits and one is to spare, else from so many quasi-random starts. More is smoother.
         steps: Equal parts of a line, >= 1; more finds shorter stretches out of reach.
-        W: Weights of the joint rates, (nv, nv) or its diagonal (nv,), positive definite; None is the
-            identity.
+        W: Weights of the joint rates, positive definite, (nv, nv) or diagonal (nv,); None is the identity.
         jobs: Threads; None takes one for each core. The result does not depend on it.
         seed: Moves the quasi-random starts.
         rows: ``"position"``, ``"pose"`` or names of task rows. Where rotation counts the tip has the goal's

@@ -64,8 +64,7 @@ def _swinging(arm: ModelFile, run: Trace, joint: int) -> BoolArray:
 
 
 NEAR = 0.05
-"""Pairs that are certainly farther apart than they are to be kept and this [m] are not measured. A
-convention."""
+"""Pairs surely farther apart than they are to be kept and this [m] are not measured. A convention."""
 
 
 def touched(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:

@@ -37,8 +37,7 @@ def followable(arm: ModelFile, q: FloatArray, target: FloatArray, rows: Sequence
 
     The joints are led along the target by the least change that keeps to it, J+ e, again and again. While
     that motion keeps to a half of the limits of speed and acceleration, to 70 % of the torques and away from
-    the ends of the joints' ranges, it is a witness: the target can be followed. Where it does not, nothing is
-    said.
+    the ends of the joints' ranges, it is a witness: the target can be followed; else nothing is said.
     """
     every = max(1, round(PERIOD / dt))
     reached = followed(arm, q, np.zeros(len(q)), target[::every], rows, every * dt)
@@ -147,8 +146,7 @@ def rest_after(arm: ModelFile, run: Trace, strict: Strictness) -> Rest | None:
     The search begins where the arm is when the locked joints stand and the planner knows. From there the
     tip comes back to its target in ``COMES_BACK``, by a quintic that begins as fast as the tip is, and
     follows it to the end, within ``SHARES`` of the limits of speed, acceleration and torque and 2 % away
-    from the ends of the ranges. Where the task leaves joints free, these are drawn to one posture after the
-    other.
+    from the ends of the ranges. Where the task leaves joints free, postures draw these one by one.
     """
     k = _begins(arm, run, strict)
     if k is None:

@@ -37,8 +37,7 @@ def reduced(
     where that puts it.
 
     Joints in ``locked`` are given by name or 0-based index, ``q_locked`` and ``rest`` hold positions by name
-    [rad or m]. The model handed in is not changed; in the new one the joints of a branch stand one after
-    the other.
+    [rad or m]. The model handed in is not changed; in the new one joints of a branch are neighbours.
     """
     names = [str(name) for name in model.names][1:]
     for joint in model.joints.tolist()[1:]:

@@ -253,8 +253,7 @@ class Robot:
             base: Pose of DH frame 0 in the robot's base, (4, 4); None is the base itself.
             tool: Pose of the tip in the last DH frame, (4, 4); None is that frame.
             gravity: Gravity in the base frame, (3,) [m/s2].
-            wishes: By keyword, as in ``from_pinocchio``: limits, acceleration, neutral, default_rows and
-                length.
+            wishes: As in ``from_pinocchio``: limits, acceleration, neutral, default_rows and length.
 
         Raises:
             InputError: A shape is wrong or the convention unknown.
@@ -378,8 +377,7 @@ class Robot:
         """J of the end effector or another frame, (6, nv): rows x, y, z, rx, ry, rz along the base's axes.
 
         The angular rows are in rad: unlike the planner's rows they are not multiplied by ``length``. A joint
-        that does not move the frame has a column of zeros, and one that follows another has its own added to
-        its leader's.
+        that does not move the frame has a column of zeros, and that of a follower is added to its leader's.
 
         Args:
             q: The configuration, (nv,) or (nq,) [rad or m].

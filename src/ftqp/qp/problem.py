@@ -126,8 +126,7 @@ class Residuals:
     Attributes:
         primal: The largest of |Ax - b| and the violations of l <= Cx <= u and lb <= x <= ub.
         dual: The largest entry of |Hx + g + A'y + C'z + z_box|.
-        complementarity: The largest, over bounds, of the smaller of a multiplier and the distance from its
-            bound.
+        complementarity: The largest, over bounds, of the smaller of multiplier and distance from the bound.
         gap: The duality gap |x'Hx + g'x + b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb)|.
     """
 

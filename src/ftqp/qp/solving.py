@@ -90,8 +90,7 @@ def infeasibility(problem: QP) -> Certificate | None:
 
     At the point within lb <= x <= ub closest to the other constraints (``_nearest``) what remains of them,
     y = Ax - b, z = Cx - clip(Cx, l, u) and z_box = -(A'y + C'z), is the certificate, of value
-    -(|y|^2 + |z|^2). The value is recomputed from y and z alone, so an inexact point cannot prove anything
-    false.
+    -(|y|^2 + |z|^2). The value is recomputed from y and z alone, so no inexact point proves what is false.
     """
     q, m = problem, problem.m
     if m + q.p == 0:
@@ -165,16 +164,14 @@ def solve(
 
     Args:
         problem: The QP.
-        backend: The solver: a name, a mapping with a name and settings, the path of a profile, or a backend
-            object.
+        backend: The solver: a name, a mapping with name and settings, a profile's path, or a backend object.
         **settings: Settings of the backend, when it is given by name; unknown ones are errors.
 
     Returns:
         The answer, checked by its residuals.
 
     Raises:
-        InputError: This is no QP, the backend or a setting is unknown, or the QP is larger than the backend
-            can take.
+        InputError: This is no QP, the backend or a setting is unknown, or the QP is too large for it.
         MissingPackage: The solver's package is not installed.
     """
     if not isinstance(problem, QP):

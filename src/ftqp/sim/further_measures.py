@@ -114,37 +114,29 @@ class FurtherMeasures:
     def places(self, q: FloatArray) -> dict[str, FloatArray]:
         """Where the targets of the tasks are that have a place, by name, (3,) [m]."""
         found: dict[str, FloatArray] = {}
-        poses, count = PlacedFrames(self._planner.robot, self._names), len(self._tasks)
-        placed = poses.at(q)
+        robot, count = self._planner.robot, len(self._tasks)
+        placed = PlacedFrames(robot, self._names).at(q)
         for k, task in enumerate(self._tasks):
-            T, S = placed[k], placed[count + k]
-            match task.given:
+            T, S, given = placed[k], placed[count + k], task.given
+            place: FloatArray | None = None
+            match given:
                 case PoseTask():
-                    found[task.name] = task.target[:3, 3]
-                    continue
+                    place = task.target[:3, 3]
                 case RelativeTask():
-                    found[task.name] = (S @ task.target)[:3, 3]
-                    continue
-                case AxisTask() if isinstance(task.given.towards, str):
-                    found[task.name] = S[:3, 3]
-                    continue
-                case PositionTask():
-                    place = T[:3, :3] @ task.given.point + T[:3, 3]
-                case CentreOfMass():
-                    place = centre_of_mass(self._planner.robot, q)
-                case AxisTask() if task.given.towards is not None:
-                    found[task.name] = task.target
-                    continue
-                case OwnTask():
-                    marked = task.given.place(self._planner.robot, q)
-                    if marked is not None:
-                        found[task.name] = array(f"place of {task.name}", marked, (3,), "(3,)")
-                    continue
-                case _:
-                    continue
-            rows = _rows(task.given.rows)
-            place[rows] = task.target[rows]
-            found[task.name] = place
+                    place = (S @ task.target)[:3, 3]
+                case AxisTask() if given.towards is not None:
+                    place = S[:3, 3] if isinstance(given.towards, str) else task.target
+                case PositionTask() | CentreOfMass():
+                    if isinstance(given, PositionTask):
+                        place = T[:3, :3] @ given.point + T[:3, 3]
+                    else:
+                        place = centre_of_mass(robot, q)
+                    rows = _rows(given.rows)
+                    place[rows] = task.target[rows]
+                case OwnTask() if (marked := given.place(robot, q)) is not None:
+                    place = array(f"place of {task.name}", marked, (3,), "(3,)")
+            if place is not None:
+                found[task.name] = place
         return found
 
     def along(self, q: FloatArray) -> FloatArray:

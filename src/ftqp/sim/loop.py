@@ -229,8 +229,7 @@ class Simulation:
         duration: simulated time, the longest with a follower [s]; without it the path's duration, three
             times that with a follower.
         feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
-        log: a new file for the log, the parts of a long one, ``"memory"`` for a log in the result, or
-            ``None`` for none.
+        log: a new file, the parts of a long one, ``"memory"`` for a log in the result, or ``None`` for none.
         singularities: whether the log has the measures of singularity, which take time; they are NaN without.
         metadata: more to put into the log, for example the resolved scenario.
         world: the base under the arm where it moves, with the inertial task of this planner; the path is then
@@ -344,8 +343,8 @@ class Simulation:
         if self._log == MEMORY:
             memory = MemoryRows(self._signals, about)
             return replace(self._recorded(memory), log=memory.log)
-        kind = PartedLog if isinstance(self._log, LogParts) else LogWriter
-        tallied = TalliedRows(kind(self._log, self._signals, about), self._signals, about)
+        log, of = self._log, (self._signals, about)
+        tallied = TalliedRows(PartedLog(log, *of) if isinstance(log, LogParts) else LogWriter(log, *of), *of)
         try:
             result = self._recorded(tallied)
         finally:

@@ -22,8 +22,7 @@ GAIN = 60.0
 """Feedback of the tip's error [1/s]: by `python studies/well_wired.py --gains` smaller ones stray and end
 farther off when nobody tells of the lock, and larger ones gain little and leave no room for late samples."""
 NEAR_SINGULAR = 0.02
-"""Singular values below this one are damped [m]: a quarter of the 0.076 m that the demo's circle comes down
-to with six joints."""
+"""Singular values below this are damped [m]: a quarter of 0.076 m, the demo's circle with six joints."""
 
 
 @final

@@ -179,8 +179,7 @@ def outcome(
         q0: Where the motion begins, (nv,) or (nq,) [rad or m].
         locked: The joint that locks, by name or index, or several.
         rows: ``"position"``, ``"pose"``, or names of task rows.
-        W: Weights of the joint rates, (nv, nv) or its diagonal (nv,), positive definite; None is the
-            identity.
+        W: Weights of the joint rates, positive definite, (nv, nv) or diagonal (nv,); None is the identity.
         at: The share of the healthy motion's distance that is done when the joints lock, 0 to 1.
         horizon: How long the motion is looked at [s]: it is correct where |e| has fallen below a hundredth of
             the mean link; None, the default, asks where it ends.

@@ -65,8 +65,7 @@ def basins(
         joint: The joint that is locked, by name or index.
         value: Where [rad].
         grid: Cells along each of the two joints that move, >= 2; the cost grows with its square.
-        W: Weights of the joint rates, (nv, nv) or its diagonal (nv,), positive definite; None is the
-            identity.
+        W: Weights of the joint rates, positive definite, (nv, nv) or diagonal (nv,); None is the identity.
 
     Raises:
         InputError: The arm is another one, there is no such joint, or a number is out of its range.

@@ -144,12 +144,10 @@ def point_to_point(
         duration: > 0 [s].
         locked: Joints that do not move, though they are commanded as before; none are healthy arms.
         rows: ``"position"``, ``"pose"``, or names of task rows.
-        W: Weights of the joint rates, (nv, nv) or its diagonal (nv,); None is the identity. A controller has
-            its own.
+        W: Weights of the joint rates, (nv, nv) or diagonal (nv,); None is 1. A controller has its own.
         gain: K_e, > 0 [1/s].
         v_max: The largest commanded speed of the task, > 0 [m/s]; None is no limit.
-        controller: What resolves the commanded rate of the task, for example ``qp_rates(W)``; None is the
-            closed form G.
+        controller: What resolves the task's rate, for example ``qp_rates(W)``; None is the closed form G.
         samples: How many equal parts of the time are given back, >= 1.
 
     Raises:

@@ -274,8 +274,7 @@ class Plan(MotionOnPath):
             spacing: Of the steps, > 0 [rad or m]. Smaller ones find narrower gaps and take longer.
 
         Raises:
-            InputError: The arm has more than one joint to spare, a number is out of its range, or the plan
-                has no robot.
+            InputError: More than one joint is to spare, a number is out of range, or the plan has no robot.
         """
         task = self.task
         if task.redundancy != 1:

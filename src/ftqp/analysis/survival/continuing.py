@@ -88,12 +88,10 @@ def track(task: TaskPath, q0: Any, theta: Any = 0.0) -> FloatArray:
     Args:
         task: The task.
         q0: The start, (nv,) [rad or m], brought onto the first sample before.
-        theta: Self-motion speed, one number or one a sample (N,) [rad/s]; a positive one moves along n with
-            det [n; J] > 0.
+        theta: Self-motion speed, a number or (N,) [rad/s]; a positive one moves along n with det [n; J] > 0.
 
     Raises:
-        InputError: The arm cannot follow the path from there, or speeds are given and it has not one joint
-            more than rows.
+        InputError: The arm cannot follow the path from there, or speeds are given without one joint to spare.
     """
     q, last = tracks(task, np.asarray(task.robot.angles(q0))[None], theta)
     if last[0] < task.N:

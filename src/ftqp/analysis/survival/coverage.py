@@ -78,10 +78,8 @@ def coverage(
         fault: ``locked``, ``degraded``: the joint goes on with a share of its speed, or ``free_swinging``: it
             has no torque, and the planner goes on.
         velocity: The share of the speed limit that a degraded joint has left, in (0, 1].
-        deceleration: Of a ramp, (nv,) or one number, > 0 [rad/s2 or m/s2]; None is a quarter of each joint's
-            acceleration limit.
-        tolerance: Errors of position and rotation within which a pair counts as survived with ``qp``, > 0
-            [m, rad].
+        deceleration: Of a ramp, (nv,) or one number, > 0 [rad/s2 or m/s2]; None is a quarter of the limit.
+        tolerance: Errors of position and rotation within which ``qp`` survives a pair, > 0 [m, rad].
         upper_bound: At how many samples it is looked how many joints any posture can do without; None does
             not look, for it takes some tenths of a second each.
         scene: What stands around the arm, as it stands now. A failure after which the arm comes nearer to it,

@@ -28,8 +28,7 @@ class MissionSurvival:
     """How probably one run of a task is finished although joints may fail.
 
     Attributes:
-        low: At least this: between verified instants the worse neighbour counts, and no second failure is
-            survived.
+        low: At least this: between instants the worse neighbour counts, and no second failure is survived.
         likely: Between both.
         high: At most this: the better neighbour counts, and second failures do no harm.
         without: The probability that the task is finished where no failure is survived at all.
@@ -146,8 +145,7 @@ HURRIED: Final = 0.98
 class CoverageReport:
     """Which failures of a motion are survived; made by ``ftqp.analysis.coverage``.
 
-    Failures are joints, or sets of joints that fail together, in the order of ``failures``; K instants are
-    verified.
+    Failures are joints, or sets that fail together, in the order of ``failures``; K instants are verified.
 
     Attributes:
         task: The path, and the rows of it that are to be kept after a failure.
@@ -339,8 +337,7 @@ class CoverageReport:
             time: From 0 to before the end of the path [s].
 
         Raises:
-            InputError: No such failure was verified, the time is outside the path, or the planner
-                went on itself.
+            InputError: No such failure was verified, the time is outside the path, or the planner went on.
             NotSurvived: The failure is not survived; it says what remains.
         """
         row = self._row(joint)
@@ -428,8 +425,7 @@ class CoverageReport:
             mtbf: Mean time between failures by joint [h]; joints that are left out do not fail.
 
         Raises:
-            InputError: A joint is unknown, a time is not positive, or failures are not those of all single
-                joints.
+            InputError: A joint is unknown, a time is not positive, or failures are not of all single joints.
         """
         if self.failures != tuple((i,) for i in range(self.task.robot.nv)):
             raise InputError("mission survival needs a report on all single joints; leave joints out")

@@ -81,8 +81,7 @@ def survival_map(
         rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, ``"position_axis"`` for
             position and tool axis, or names of rows, of which one at least is x, y or z.
         places: How many postures, >= 1. More make the shares more certain.
-        way: The length of a line, > 0 [m]; None is half the characteristic length. A longer one survives
-            less.
+        way: The length of a line, > 0 [m]; None is half the characteristic one. A longer one survives less.
         seed: Of the postures.
 
     Raises:

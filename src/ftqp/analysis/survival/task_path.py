@@ -231,8 +231,7 @@ def task_path(
             [m]; or a task of the same arm, whose rows and samples stay.
         rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, ``"position_axis"`` for
             position and tool axis, or names of rows.
-        dt: The time between samples, > 0 [s]; None is a 400th of a path's duration, and for poses or points
-            it must be given.
+        dt: The time between samples, > 0 [s]; None is a 400th of a path's duration; poses or points need it.
         q0: Where the arm starts, (nv,) [rad or m]; it must be at the first sample and within the limits.
             Points of a task with rotation keep the orientation that the end effector has there.
         scene: What stands around the arm, as it stands now; None is nothing.

@@ -80,7 +80,7 @@ class Events:
             if fault["joint"] is not None and (turns == 0.0 or abs(turns - round(turns)) > WRAPS):
                 i = robot.joint(fault["joint"])
                 doubted[i] = min(doubted[i], fault["at"])
-        holds = tuple((one.at, one.at + one.duration) for one in tables.simulation.holds)
+        holds = tuple((one["at"], one["at"] + one["duration"]) for one in tables.simulation.holds)
         return cls(since=since, doubted=doubted, locks=tuple(locks), holds=holds)
 
 

@@ -175,8 +175,7 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
 
     ``bound`` is the largest share of broken episodes that is compatible with the rows at 95 %, where none
     was broken: 1 - 0.05^(1/n); ``broken_interval`` is the interval of that share in any case.
-    ``followable`` is for how long in all targets were certain to be within reach, so that tracking was
-    judged [s].
+    ``followable`` is how long targets were certain to be within reach, so that tracking was judged [s].
     """
     found = counts(rows)
     run = found["sound"] + found["broken"]

@@ -57,7 +57,7 @@ def trace(setup: Setup, log: Log) -> Trace:
         things=things(log),
         watched=[(first, second) for first, second in log.metadata.get("watched", [])],
         keep=log.metadata.get("clearance", {}).get("keep", 0.0),
-        holds=[(one.at, one.at + one.duration) for one in setup.tables.simulation.holds],
+        holds=[(one["at"], one["at"] + one["duration"]) for one in setup.tables.simulation.holds],
         blamed=log["belief"][:-1] != HEALTHY,
         **_waiting_path(setup, log),
     )

@@ -82,8 +82,7 @@ class Observer:
         acceleration: Acceleration of the end effector by the base that is to be followed, rms of each axis, >
             0 [m/s2]. A larger one filters less.
         frozen: Whether dv is kept as it is after a step that limits have cut. It is off by default: the
-            observer sees measured joint motion, so a limit does not wind it up, and freezing only makes dv
-            older.
+            observer sees measured joint motion, so limits do not wind it up; freezing makes dv older.
 
     Raises:
         InputError: The factor is outside (0, 1], or noise and acceleration are not both given.
@@ -127,8 +126,7 @@ def sensitivity(omega: Any, dt: float, gain: float = 1.0, observer: Observer | N
     Args:
         omega: Frequency of the base's motion, a number or an array [rad/s].
         dt: Sampling period, > 0 [s]. A longer one rejects less.
-        gain: The loop's gain k_c, in (0, 2). A larger one rejects slow motion better and amplifies fast
-            motion more.
+        gain: The loop's gain k_c, in (0, 2). A larger one rejects slow motion and amplifies fast motion more.
         observer: The disturbance observer, or None.
     """
     back = np.exp(-1j * np.asarray(omega, dtype=np.float64) * positive("dt", dt, "s"))

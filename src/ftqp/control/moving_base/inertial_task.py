@@ -70,8 +70,7 @@ class MovingBase:
         anti_windup: Whether the commands go to a servo that adds them up; see ``InertialTask.setpoint``.
 
     Raises:
-        InputError: A name is unknown, a delay comes without ``late`` or ``late`` without a delay, or a time
-            is negative.
+        InputError: A name is unknown, one of delay and ``late`` comes alone, or a time is negative.
     """
 
     sensing: str = setting("unknown", choices=SENSINGS)

@@ -248,8 +248,7 @@ class Lissajous(Figure):
 
     Args:
         start: The start pose, (4, 4), where the arm stands at time 0.
-        amplitudes: A_a and A_b, (2,), >= 0 and not both 0 [m]. Larger ones make the end effector faster in
-            proportion.
+        amplitudes: A_a and A_b, (2,), >= 0 and not both 0 [m]. Larger ones are faster in proportion.
         cycles: How often each direction swings, n_a and n_b, (2,), > 0, without unit; whole numbers close the
             figure.
         phase: The phase d of the second direction [rad]; cycles (1, 2) with 0 give the figure eight.

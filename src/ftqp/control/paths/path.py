@@ -131,8 +131,7 @@ class Path(ABC):
         """The path at the times ``t``: what holds from each time on, so the right-hand side of a jump.
 
         Args:
-            t: Times, (K,) or one number [s]; before 0 the path waits at its start, past its duration at its
-                end.
+            t: Times, (K,) or one number [s]; before 0 the path waits at its start, later at its end.
 
         Raises:
             InputError: A time is not a finite number.

@@ -123,8 +123,7 @@ no axis is so slow that it prolongs the motion of the others."""
 FARTHEST = 100.0
 """A goal beyond so many seconds at full speed is neared as if it were there."""
 FLAT = 1e-4
-"""An angle [rad] below which a series takes the place of the formula, because 1 - cos has lost half of its
-digits there."""
+"""An angle [rad] below which a series replaces the formula, as 1 - cos has lost half of its digits there."""
 BEND_STEP = 1e-4
 """Step of the difference quotient that gives the change of J [s]. The quotient is off by 1e-8 of the
 curvature's change, and rounding leaves 1e-12 of it."""

@@ -61,16 +61,14 @@ class Keep:
             and inf where a side is left out [m].
         along: The middle of the cone, a direction in the world, (3,); its length does not matter.
         within: How far the axis may lean from ``along``, > 0 and < pi [rad].
-        axis: The axis that stays in the cone, in the frame, (3,); its length does not matter. None is its
-            z axis.
+        axis: The axis that stays in the cone, in the frame, (3,); its length does not matter. None is z.
         point: Another point of that frame, (3,) [m]; None is its origin.
         braking: How hard the arm can surely brake the point, or the axis, > 0 [m/s2 or rad/s2]. A larger
             number lets it come nearer faster, and is not kept where the joints cannot brake so hard.
         name: What ``planner.constraints`` and explanations call it; None is the frame.
 
     Raises:
-        InputError: A number is out of its range, an array has a wrong shape, or what is given does not belong
-            together.
+        InputError: A number is out of range, a shape is wrong, or what is given does not belong together.
     """
 
     frame: str = setting(REQUIRED)

@@ -57,8 +57,7 @@ class Resolver:
             the less its joint moves.
         rule: The rule of the damping factor, see ``Damping``.
         limit: The largest rate of any joint, > 0 [rad/s or m/s]; None takes every joint's own velocity limit.
-        threshold: Singular values up to this one are dropped, > 0 [m]. A larger one is calmer and gives up
-            more.
+        threshold: Singular values up to this one are dropped, > 0 [m]. Larger is calmer and gives up more.
     """
 
     name: str

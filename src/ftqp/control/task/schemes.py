@@ -94,8 +94,7 @@ def dlsm(
     Args:
         alpha: Share of the torque norm, in [0, 1). Towards 1 torques are smaller at every tick and, being
             greedy, larger later.
-        mu: First gain of the return to the posture, >= 0 [1/s]. A larger one pulls harder towards the
-            posture.
+        mu: First gain of the return to the posture, >= 0 [1/s]. A larger one pulls harder towards it.
         nu: Second gain of the return to the posture, >= 0 [1/s], at the acceleration level only.
         tau_ref: The torque that counts as one unit, > 0 [N m]. A larger one makes torques count less.
         a_ref: The acceleration that counts as one unit, > 0 [rad/s2]. A larger one makes the rest count less.

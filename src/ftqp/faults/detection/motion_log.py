@@ -44,8 +44,7 @@ class MotionLog:
         a_ref: Its acceleration during the tick, (K, nv) [rad/s2 or m/s2].
         tau: Measured torques, (K, nv) [N m or N]; None where there are none.
         effort: What the motors were asked for: the torques sent in each tick to an arm that takes torques, or
-            what the drive of another one asked for when the samples were taken, (K, nv); None where it is
-            unknown.
+            what the drive of another one asked for when samples were taken, (K, nv); None if unknown.
 
     Raises:
         InputError: The arrays differ in shape, or are no numbers.

@@ -38,8 +38,7 @@ def load(name: str, **options: Any) -> "Robot":
         options: Keyword arguments of that robot's function, for example ``hand=False`` of ``panda``.
 
     Raises:
-        InputError: The robot is unknown, or an option is not one of its own; the message names the valid
-            ones.
+        InputError: The robot, or an option of it, is unknown; the message names the valid ones.
     """
     short = fullmatch(r"planar\((\d{1,3})\)", name) if isinstance(name, str) else None
     if short:

@@ -32,8 +32,7 @@ class OsqpSettings:
             faster and coarser.
         max_iterations: The most iterations of a solve, and of the cold one that follows a warm one in vain,
             >= 1. A smaller cap bounds the time of a solve and gives up more often. (``max_iter``)
-        rho: The ADMM step at a cold start, > 0 (``rho``). A larger one weighs the constraints more beside the
-            objective.
+        rho: The ADMM step at a cold start, > 0 (``rho``). A larger one weighs constraints more.
         sigma: The ADMM regularisation, > 0 (``sigma``). A larger one is better conditioned and slower.
         alpha: The over-relaxation, in (0, 2) (``alpha``). 1 is none; towards 2 steps are longer.
         check_every: Iterations between checks of termination, >= 1 (``check_termination``). A larger number

@@ -29,8 +29,7 @@ class ProxqpSettings:
             bounds the time and gives up more often.
         max_inner_iterations: The most inner iterations in one outer one, >= 1 (``max_iter_in``).
         infeasibility_tolerance: The tolerance of ProxQP's certificate of infeasibility, > 0
-            (``eps_primal_inf``). A larger one says "infeasible" sooner; its own 1e-4 calls solvable QPs
-            infeasible.
+            (``eps_primal_inf``). A larger one says "infeasible" sooner; its own 1e-4 too often.
     """
 
     tolerance: float = 1e-9

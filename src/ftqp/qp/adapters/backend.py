@@ -144,8 +144,7 @@ class Backend(ABC):
     multipliers of L = 1/2 x'Hx + g'x + y'(Ax - b) + z'Cx + z_box'x. Whatever the data are, it returns a
     claim and never raises:
 
-    - data with NaN, or infinite where a number belongs, are FAILED, crossed bounds INFEASIBLE, without
-      asking the solver;
+    - data with NaN, or infinite where a number belongs, are FAILED, crossed bounds INFEASIBLE, unasked;
     - an answer that is not finite is FAILED, whatever the solver calls it, and so is one with a claim or
       iterations of another kind, or an exception;
     - a warm start that does not end in SOLVED is repeated cold, once, unless it ran out of time; after a

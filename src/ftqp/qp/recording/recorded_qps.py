@@ -177,8 +177,7 @@ class Recording:
             path: A file that ``save`` or ``ftqp run --record-qps`` has written.
 
         Raises:
-            InputError: There is no such file, or it is not a recording, of another version, truncated, or
-                damaged.
+            InputError: There is no such file, or it is no recording, of another version, cut off, or damaged.
         """
         file = Path(path)
         if not file.is_file():

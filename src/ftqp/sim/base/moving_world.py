@@ -123,8 +123,7 @@ class BaseMotion:
     Attributes:
         eta: coordinates at the ticks, (ticks, count) [m or rad].
         pose: of B in I at the ticks, (ticks, 4, 4).
-        twist: mean twist at B's origin along I over the sample that begins at each tick, (ticks, 6) [m/s,
-            rad/s].
+        twist: mean twist at B's origin along I over each tick's sample, (ticks, 6) [m/s, rad/s].
     """
 
     def __init__(self, base: Base, disturbances: Iterable[Disturbance], dt: float, ticks: int) -> None:

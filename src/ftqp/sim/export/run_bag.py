@@ -5,8 +5,7 @@
 - ``/joint_command``: positions and velocities that were sent, for the end of the step, and motor torques.
 - ``/joint_measured``, ``/joint_reference``: what the planner was given, and its own state; where sensors or a
   drive make a difference.
-- ``/target``, ``/tip``, ``geometry_msgs/PoseStamped``: in the frame ``base``, or ``world`` where
-  the base moves.
+- ``/target``, ``/tip``, ``geometry_msgs/PoseStamped``: in ``base``, or ``world`` where the base moves.
 - ``/tf``: ``base``, a link behind each joint, the tip. ``/robot_description``, latched: the arm as a URDF.
 - ``/ftqp/status``, ``std_msgs/String``: the status in words, where it changes.
 - ``/ftqp/step``, ``ftqp_msgs/Step``, defined in the file: errors, slack, residual, iterations, step time,

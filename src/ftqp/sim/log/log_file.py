@@ -41,8 +41,7 @@ def load_log(
         signals: Names of what is loaded, single signals or groups such as ``"q"``; all without it.
 
     Raises:
-        InputError: No such file, not a log of ftqp, an unknown signal, or more than fits into the memory of
-            this machine.
+        InputError: No such file, not a log of ftqp, an unknown signal, or more than fits into memory.
     """
     with open_log(path) as rows:
         places = _places(rows, signals)

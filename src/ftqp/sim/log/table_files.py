@@ -97,8 +97,7 @@ def write_csv(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
 def write_npz(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
     """All signals in a new NPZ file, an array a group: ``q`` is (K, nv), ``t`` is (K,).
 
-    ``about`` is a JSON text with the names, units and sentences of the signals of each group, and with the
-    log's metadata.
+    ``about`` is a JSON text of each group's names, units and sentences, and of the log's metadata.
     """
     groups = rows.groups()
     with whole_file(path) as part, zipfile.ZipFile(part, "x", zipfile.ZIP_DEFLATED) as archive:

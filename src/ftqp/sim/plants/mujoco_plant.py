@@ -33,13 +33,11 @@ class MujocoPlant(Plant):
       closed the joint stops within some ms, whatever deceleration the fault names, and slips where the brake
       is too weak.
       ``instant`` stops the joint by an impulse, which the other joints feel, and fixes it.
-    * free-swinging: the motor is off; the friction of the fault is added to the joint's own, and its end
-      stops remain.
+    * free-swinging: the motor is off; the fault's friction is added to the joint's own, end stops remain.
     * degraded: the motor has what is left of its torque, and the end stops move in to what is left of the
       range. Speed and acceleration are a servo's and not reduced.
 
-    The arm closes the brakes that the planner asks for. What befalls a joint apart from faults, see
-    ``suffer``.
+    The arm closes the brakes that the planner asks for. What else befalls a joint: see ``suffer``.
 
     Args:
         robot: the arm as its planner and its servos know it.

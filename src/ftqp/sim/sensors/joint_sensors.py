@@ -177,8 +177,7 @@ class JointSensors:
         bias: constant error of every position, one number or (nv,) [rad or m].
         position_noise: standard deviation of every position, >= 0 [rad or m].
         velocity_noise: standard deviation of every velocity, >= 0 [rad/s or m/s].
-        torque_noise: standard deviation of the torque of every motor, >= 0 [N m or N]; None: torques are not
-            measured.
+        torque_noise: standard deviation of motors' torques, >= 0 [N m or N]; None: they are not measured.
         faults: what goes wrong, applied in the order given.
         seed: of everything random.
 
