@@ -86,6 +86,28 @@ def test_weak_shoulder_goes_round_a_circle_whose_shortest_way_it_could_not_hold(
     assert planner.stopped_because is None
 
 
+def test_stop_brakes_the_arm_before_a_weak_joint_is_where_it_could_not_hold_it(level):
+    """A Panda loses its task because its second joint keeps 5 % of its torque, and is stopped on the way."""
+    robot = ftqp.robots.load("panda")
+    rng = np.random.default_rng(107)
+    q = np.clip(robot.neutral + rng.uniform(-0.6, 0.6, 7), robot.limits.q_min + 0.3, robot.limits.q_max - 0.3)
+    axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    planner = ftqp.Planner(robot, DT, level=level)
+    planner.reset(q)
+    path = ftqp.paths.Circle(robot.pose(q), 0.1, duration=6.0, axes=(axes[0], axes[1]))
+    way, v, left, stopped = path.sample(DT * np.arange(3500)), np.zeros(7), 0.05 * robot.limits.tau_max[1], 0
+    for k in range(3500):
+        if k == 900:
+            planner.report(ftqp.Degraded(1, torque=0.05))
+        target = ftqp.Target(pose=way.pose[k], twist=way.twist[k], acceleration=way.acceleration[k])
+        step = planner.step(q, v, target)
+        q, v = step.q.copy(), step.v.copy()
+        stopped += planner.stopped_because is not None
+        assert abs(weight(robot, q)[1]) <= left or k < 900, k
+    assert stopped > 500
+    assert step.status == ftqp.StepStatus.STOPPED
+
+
 def test_arm_that_cannot_hold_itself_is_stopped_as_before(level):
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, TWO_MS, level=level)

@@ -250,10 +250,13 @@ def test_no_rows_where_no_joint_lost_torque(level, fault):
     assert len(rows(planner)[0]) in (0, 7)
 
 
-def test_no_rows_in_a_stop(level):
-    planner = weakened(level, 3, 1.3)
+def test_joint_that_needs_its_reserve_is_led_back_but_not_in_a_stop(level):
+    planner = weakened(level, 3, 1.02)
+    _, l, u = rows(planner)
+    assert not l[10] <= 0.0 <= u[10]
     planner.stop()
-    assert len(rows(planner)[0]) == 7
+    _, l, u = rows(planner)
+    assert l[10] <= 1e-12 and u[10] >= -1e-12
 
 
 @pytest.mark.parametrize("cost", [0.1, 0.5, 3.0])

@@ -10,14 +10,12 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, mimic, mimic_places, 
 from ftqp.kernel.commands.believed import look_again, swing_as_foretold
 from ftqp.kernel.commands.surroundings import begin_terms
 from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.latches.settling import forget_settling, latch, restore
+from ftqp.kernel.latches.settling import ask_for_brake, forget_settling, latch, restore
 from ftqp.kernel.layout.enums import (
     ALL_BRAKES,
     AS_STATED,
-    NO_BRAKES,
     NOT_STOPPED,
     STOPPED_BY_FREE_JOINT,
-    STOPPED_BY_LAG,
     STOPPED_BY_OVERLOAD,
 )
 from ftqp.kernel.maths.linear_systems import assign
@@ -54,17 +52,6 @@ def resume(watch: Any, feedback: Any, chain: Any) -> bool:
     feedback.spent[: chain.n] = 0.0
     release(watch, feedback, chain)
     return True
-
-
-@jit
-def ask_for_brake(watch: Any, feedback: Any, i: int) -> None:
-    """Let the brake of joint i be asked for from now on, if the arm has any; that of all stops it."""
-    if feedback.brakes == NO_BRAKES:
-        return
-    feedback.asks[i] = 1
-    if feedback.brakes == ALL_BRAKES and watch.latched == 0:
-        feedback.isolated_joint = i
-        latch(watch, STOPPED_BY_LAG)
 
 
 @jit

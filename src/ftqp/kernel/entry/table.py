@@ -211,7 +211,7 @@ count_on commands.believed first c
 hold_up commands.stops first c
     takes K:record A:arm joint
     calls hold_up(K, A, joint)
-ask_for_brake commands.stops c
+ask_for_brake latches.settling c
     takes K:record joint
     calls ask_for_brake(K.watch, K.feedback, joint)
 start commands.stops first c

@@ -14,7 +14,7 @@ from enum import IntEnum
 from typing import Any, Final, NamedTuple
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import HOLD
+from ftqp.kernel.layout.enums import ALL_BRAKES, HOLD, NO_BRAKES, STOPPED_BY_LAG
 from ftqp.kernel.layout.thresholds import AT_REST, GOES_ON, STANDS
 
 SURE = 0.1
@@ -149,6 +149,17 @@ def latch(watch: Any, reason: int) -> None:
     """Latch a stop; whoever does asks before whether one is latched, whose reason stays."""
     watch.latched = 1
     watch.reason = reason
+
+
+@jit
+def ask_for_brake(watch: Any, feedback: Any, i: int) -> None:
+    """Let the brake of joint i be asked for from now on, if the arm has any; that of all stops it."""
+    if feedback.brakes == NO_BRAKES:
+        return
+    feedback.asks[i] = 1
+    if feedback.brakes == ALL_BRAKES and watch.latched == 0:
+        feedback.isolated_joint = i
+        latch(watch, STOPPED_BY_LAG)
 
 
 @jit

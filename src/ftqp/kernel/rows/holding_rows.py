@@ -6,6 +6,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import gravity_torque
 from ftqp.kernel.arm.kinematics import fold_row
 from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.latches.settling import ask_for_brake
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, VELOCITY
 from ftqp.kernel.layout.rows import CLEARANCES
 from ftqp.kernel.rows.joint_intervals import RETURN_GAIN, braking_velocity
@@ -58,15 +59,15 @@ def _torque_at_rest(K: Any, i: int, slope: Any, one: Any) -> float:
 
 @jit
 def _most(
-    state: Any, d: float, reserve: float, rate: float, brake: float, cost: float, hardest: float
+    state: Any, d: float, reserve: float, rate: float, brake: float, cost: float, hardest: float, back: float
 ) -> float:
     """The largest x along the gradient, from d [N m] and how fast that shrinks.
 
-    A joint that needs its reserve to hold the arm is led back to where it does not.
+    A joint that needs its reserve to hold the arm is led back to where it does not, by ``back`` times d.
     """
     dt = state.dt
     ahead = d - 0.5 * dt * rate if state.level == ACCELERATION else d
-    most = RETURN_GAIN * ahead if ahead < 0.0 else holding_rate(ahead, reserve, brake, cost, dt)
+    most = back * ahead if ahead < 0.0 else holding_rate(ahead, reserve, brake, cost, dt)
     change = max((most - rate) / dt, -hardest)
     return change if state.level == ACCELERATION else rate + dt * change
 
@@ -75,12 +76,14 @@ def _most(
 def fill(K: Any, at: int) -> int:
     """l <= grad g_i x/|grad g_i| <= u, one row a joint from row ``at`` of C on; the next free row.
 
-    None where no joint has lost torque, in a stop, and for another solver, whose QP keeps its size.
+    None where no joint has lost torque, and for another solver, whose QP keeps its size. In a stop a joint
+    asks for its brake where its motor cannot hold the arm, before it has fallen.
     """
     limits, faults, state, chain, qp = K.limits, K.faults, K.state, K.chain, K.qp
-    if limits.weakened == 0 or K.watch.latched or K.cascade.external:
+    if limits.weakened == 0 or K.cascade.external:
         return at
     n, M = chain.n, K.kinematics.M
+    back = 0.0 if K.watch.latched else RETURN_GAIN  # a stop leads nobody back
     for i in range(n):
         row = qp.C[at + i]
         row[: n + 1] = 0.0
@@ -89,6 +92,8 @@ def fill(K: Any, at: int) -> int:
         if not hold < inf or K.feedback.asks[i]:
             continue
         g = _torque_at_rest(K, i, row, K.scratch.joints)
+        if K.watch.latched and abs(g) > limits.tau_max[i]:
+            ask_for_brake(K.watch, K.feedback, i)
         rate = square = brake = cost = hardest = 0.0
         for j in range(n):
             rate += row[j] * state.v[j]
@@ -104,8 +109,8 @@ def fill(K: Any, at: int) -> int:
             continue
         for j in range(n):
             row[j] /= scale
-        most = _most(state, hold - reserve - g, reserve, rate, brake, cost, hardest)
-        least = -_most(state, hold - reserve + g, reserve, -rate, brake, cost, hardest)
+        most = _most(state, hold - reserve - g, reserve, rate, brake, cost, hardest, back)
+        least = -_most(state, hold - reserve + g, reserve, -rate, brake, cost, hardest, back)
         if least > most:  # beyond one end, and too fast to stop before the other: it brakes
             least, most = (most, most) if rate > 0.0 else (least, least)
         qp.l[at + i], qp.u[at + i] = least / scale, most / scale
