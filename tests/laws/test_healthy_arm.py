@@ -18,6 +18,8 @@ from ftqp.model import catalog
 PANDA = catalog.load("panda")
 SERVOS = {"4 Hz": 25.0, "10 Hz": 63.0, "40 Hz": 250.0}
 FAST, SLOW = 1e-3, 1e-2
+PANDA_WEIGHT = 22.0
+"""What the panda's fourth joint holds at rest in its neutral posture [N m]."""
 POSITION = ftqp.Task(rows="position")
 TAKES = {"position": "position only", "velocity": "velocity"}
 
@@ -305,6 +307,26 @@ def test_an_arm_that_an_unknown_load_draws_away_at_first_is_healthy(dt):
         arm.command(p.step(arm.measured(), None, targets.at(k)))
     assert p.stopped_because is None and not p.findings
     assert np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3]) < 1e-3
+
+
+class OvercomeArm(ServoArm):
+    """Its fourth motor gives what it can, and cannot lift its load; oil slows that joint."""
+
+    def advance(self, a, h):
+        a[3] = np.clip(a[3], -5.0, 5.0) - 5.0 - 20.0 * self.v[3]
+        super().advance(a, h)
+
+
+def test_a_joint_whose_motor_its_load_overcomes_is_not_called_locked():
+    """Its servo rested at its torque limit, and was learned and judged as if it had none."""
+    tau_max = PANDA.limits.tau_max.copy()
+    tau_max[3] = PANDA_WEIGHT
+    robot = PANDA.with_limits(tau_max=tau_max)
+    arm = OvercomeArm(posture(PANDA), FAST, takes="position only", wn=63.0, sigma=2e-5)
+    p, (poses, targets) = started(robot, dt=FAST), circles(PANDA, FAST, 3.0)
+    for k in range(len(poses)):
+        arm.command(p.step(arm.measured(), None, targets.at(k)))
+    assert p.stopped_because is None and not p.findings
 
 
 def without(arm, first, last, spoil, **planner):

@@ -16,7 +16,7 @@ from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import GEAR, LEAST_SHIFT, MOST_SHIFT
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import creep_of, direction, may_stick, noise_of, variance
+from ftqp.kernel.monitor.servos import creep_of, direction, is_strained, may_stick, noise_of, variance
 
 HIDES = 0.2
 """A fault may be learned as a droop for so long [s], as servos take to stop, before evidence rises."""
@@ -77,10 +77,10 @@ def blur_of(K: Any, i: int) -> float:
 
 @jit
 def stands(K: Any, i: int) -> bool:
-    """Whether joint i has not moved over the last three looks, noise aside."""
+    """Whether joint i has not moved over the last three looks, noise aside, or is moved by its load."""
     M = K.monitor
     room: float = 4.0 * sqrt(2.0 * noise_of(K, i) / M.every) + GEAR
-    return bool(abs(M.means[0, i] - M.means[3, i]) < room)
+    return bool(abs(M.means[0, i] - M.means[3, i]) < room or is_strained(K, i))
 
 
 @jit

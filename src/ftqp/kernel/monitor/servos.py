@@ -63,6 +63,9 @@ much, what a lock is judged by falls so many times as fast."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 """A joint that was let go is not judged, nor is its motor believed off where the arm was switched on, for
 so long [s] and so many times what it may lag: it goes where its load draws it."""
+STRAINED = 0.9
+"""A motor of which the arm's weight takes so much may be at its limit, as friction and the model's errors are
+the rest: what its servo is asked for beyond that shows nothing."""
 BEGINS = 8.0
 """An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
 TAUGHT = 3.0
@@ -106,6 +109,18 @@ def as_before(M: Any, i: int) -> None:
         M.theta[i, r] = M.safe[1, i, r]
         for c in range(SERVO):
             M.P[i, r, c] = M.safe_P[1, i, r, c]
+
+
+@jit
+def is_strained(K: Any, i: int) -> bool:
+    """Whether the servo of joint i may be at its torque limit, so that its row does not hold.
+
+    By its weight, and by the acceleration that was asked for: how a brake stops it is no servo's doing.
+    """
+    M = K.monitor
+    asked = min(1.0, M.peak_a[i] / max(abs(M.a[i]), 1e-9))
+    strained = abs(M.weight[i] + asked * M.inertia[i]) > STRAINED * K.limits.tau_max[i] * M.unit[i]
+    return bool(strained and K.feedback.kind != TORQUE_DRIVE)
 
 
 @jit
