@@ -329,6 +329,28 @@ def test_a_joint_whose_motor_its_load_overcomes_is_not_called_locked():
     assert p.stopped_because is None and not p.findings
 
 
+class PushedArm(ServoArm):
+    """A soft wrist that something pushes for half a second, farther than its motor could hold it."""
+
+    ticks = 0
+
+    def advance(self, a, h):
+        self.ticks += 1
+        a[4] += 60.0 if 1.2 <= self.ticks * h < 1.7 else 0.0
+        super().advance(a, h)
+
+
+@pytest.mark.parametrize("wn", [20.0, 40.0])
+def test_a_push_that_moves_a_soft_wrist_accuses_no_joint(wn):
+    """It seemed to be without motor while it went, and locked while it was held away."""
+    arm = PushedArm(posture(PANDA), FAST, takes="position only", wn=wn, sigma=2e-5)
+    p, (poses, targets) = started(PANDA, dt=FAST), circles(PANDA, FAST, 4.0)
+    for k in range(len(poses)):
+        arm.command(p.step(arm.measured(), None, targets.at(k)))
+    assert p.stopped_because is None and not p.findings
+    assert np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3]) < 1e-3
+
+
 def without(arm, first, last, spoil, **planner):
     """A planner, samples spoilt from step ``first`` to ``last``: its statuses, the tip's last error [m]."""
     p, said, (poses, targets) = started(PANDA, dt=FAST, **planner), [], circles(PANDA, FAST, 4.0)

@@ -150,7 +150,7 @@ def begin_filters(K: Any) -> None:
             u = 0.0
         M.speed[i] = K.gate.speed[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
-        M.u[i] = u
+        M.u[i] = M.asked[i] = u
         M.total[i] = y * ((M.every - i % M.every) % M.every)  # samples that its first mean lacks
         M.act[i] = M.weight[i] = M.inertia[i] = M.r[i] = M.S[i] = 0.0
         M.rests[i], M.blind[i] = 0, begins
