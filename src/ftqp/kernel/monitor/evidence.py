@@ -59,12 +59,20 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
     M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], direction(M.v[i], creep_of(K, i))
     M.phi[3], M.phi[4], M.phi[5] = 1.0, M.weight[i], M.inertia[i]
-    torque = M.weight[i] if K.feedback.kind == TORQUE_DRIVE else 0.0
+    by_torque, torque, missing = K.feedback.kind == TORQUE_DRIVE, 0.0, M.r[i]
+    if by_torque:  # by what was known before: what it learns meanwhile takes what is missing for a load
+        theta, P = M.safe[1, i], M.safe_P[1, i]
+        torque = M.weight[i]
     for r in range(SERVO):
         torque += M.phi[r] * theta[r]
     unsure = 0.3 * theta[1] * M.a[i]
     doubt = M.spread[i] + unsure * unsure + variance(P, M.phi, 1)
-    clear = gain if M.r[i] * M.r[i] > 9.0 * doubt and not may_stick(K, i) else min(gain, 0.0)
+    clear = gain
+    if by_torque:
+        missing = M.u_f[2, i] - theta[0] * M.v[i] - torque
+        clear = _gain(M.kappa, missing / sqrt(doubt), M.z_old[i]) if counts else 0.0
+    if missing * missing <= 9.0 * doubt or may_stick(K, i):
+        clear = min(clear, 0.0)
     _sum(M.G_free, i, clear - 0.5 * M.kappa * torque * torque / doubt, M.top)
     M.z_old[i], M.z_sharp_old[i] = z, M.z_sharp[i]
 
