@@ -18,7 +18,8 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
-from ftqp.kernel.monitor.verdicts import OVERSPEED
+from ftqp.kernel.layout.thresholds import GOES_ON
+from ftqp.kernel.monitor.verdicts import OVERSPEED, is_pushed
 
 
 @jit
@@ -83,20 +84,22 @@ def _is_thrown(K: Any, i: int) -> bool:
 def watch_motion(K: Any) -> None:
     """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast.
 
-    What an impact has thrown is brought back, and is not out of hand: a brake that closed now would be a
-    second impact for the others.
+    What an impact or a push has thrown is brought back, and is not out of hand: a brake that closed now would
+    be a second impact for the others.
     """
     feedback, past, top = K.feedback, K.past, K.limits.v_max
     feedback.any_counted = 0
     then = slot(feedback, feedback.latency)
     for i in range(K.chain.n):
-        if K.faults.code[K.chain.lead[i]] != HEALTHY or feedback.thrown > 0.0:
+        if K.faults.code[K.chain.lead[i]] != HEALTHY or feedback.thrown > 0.0 or is_pushed(feedback):
             feedback.persistence[LEFT_BAND, i] = feedback.persistence[TOO_FAST, i] = 0
             continue
         if K.monitor.on:
             far = K.monitor.G[i] > K.monitor.level
         else:
-            far = abs(feedback.seen[i] - past.q[then, i]) > error_band(feedback, past, i)
+            off = past.q[then, i] - feedback.seen[i]  # what comes back is in hand
+            back = feedback.v_hat[i] if off > 0.0 else -feedback.v_hat[i]
+            far = abs(off) > error_band(feedback, past, i) and not back > GOES_ON * top[i]
         out = K.watch.latched != 0 and far and not _is_thrown(K, i)
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top[i] + max(top[i], abs(past.v[then, i]))
         if out or fast:
