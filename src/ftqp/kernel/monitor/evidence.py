@@ -29,18 +29,24 @@ def _sum(G: Any, i: int, gain: float, top: float) -> None:
 
 
 @jit
-def _gain(kappa: float, z: float, z_old: float) -> float:
-    """kappa (mu z - mu^2/2), with the shift mu that the last look had."""
+def _gain(K: Any, z: float, z_old: float) -> float:
+    """kappa (mu z - mu^2/2), with the shift mu that the last look had.
+
+    Of torques no look tells more than the largest shift: one that begins at once may come from outside.
+    """
     shift = min(max(abs(z_old), LEAST_SHIFT), MOST_SHIFT)
-    return float(kappa * (shift * (z if z_old > 0.0 else -z) - 0.5 * shift * shift))
+    z = z if z_old > 0.0 else -z
+    if K.feedback.kind == TORQUE_DRIVE:
+        z = min(z, MOST_SHIFT)
+    return float(K.monitor.kappa * (shift * z - 0.5 * shift * shift))
 
 
 @jit
 def weigh(K: Any, i: int, counts: bool) -> None:
     """The sums of joint i after a look; where it does not count only what contradicts does."""
     M, theta, P, z = K.monitor, K.monitor.theta[i], K.monitor.P[i], K.monitor.z[i]
-    gain = _gain(M.kappa, z, M.z_old[i]) if counts else 0.0
-    sharp = _gain(M.kappa, M.z_sharp[i], M.z_sharp_old[i]) if counts else 0.0
+    gain = _gain(K, z, M.z_old[i]) if counts else 0.0
+    sharp = _gain(K, M.z_sharp[i], M.z_sharp_old[i]) if counts else 0.0
     _sum(M.G, i, gain, M.top)
     if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
         if M.found[i] == 0:
@@ -70,7 +76,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     clear = gain
     if by_torque:
         missing = M.u_f[2, i] - theta[0] * M.v[i] - torque
-        clear = _gain(M.kappa, missing / sqrt(doubt), M.z_old[i]) if counts else 0.0
+        clear = _gain(K, missing / sqrt(doubt), M.z_old[i]) if counts else 0.0
     if missing * missing <= 9.0 * doubt or may_stick(K, i):
         clear = min(clear, 0.0)
     _sum(M.G_free, i, clear - 0.5 * M.kappa * torque * torque / doubt, M.top)
