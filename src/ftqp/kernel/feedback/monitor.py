@@ -18,7 +18,6 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
-from ftqp.kernel.layout.thresholds import GOES_ON
 from ftqp.kernel.monitor.verdicts import OVERSPEED, is_pushed
 
 
@@ -97,9 +96,7 @@ def watch_motion(K: Any) -> None:
         if K.monitor.on:
             far = K.monitor.G[i] > K.monitor.level
         else:
-            off = past.q[then, i] - feedback.seen[i]  # what comes back is in hand
-            back = feedback.v_hat[i] if off > 0.0 else -feedback.v_hat[i]
-            far = abs(off) > error_band(feedback, past, i) and not back > GOES_ON * top[i]
+            far = abs(feedback.seen[i] - past.q[then, i]) > error_band(feedback, past, i)
         out = K.watch.latched != 0 and far and not _is_thrown(K, i)
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top[i] + max(top[i], abs(past.v[then, i]))
         if out or fast:

@@ -30,7 +30,7 @@ class Hypothesis(IntEnum):
         return made
 
     LEFT_BAND = 0, 0.02
-    """A joint is outside its error band and does not come back although the arm is being stopped."""
+    """A joint is outside its error band although the arm is being stopped."""
     TOO_FAST = 1, 0.01, 0.1
     """A joint is faster than its command and its limit by 20 % of that."""
     SILENT = 2, 0.003
