@@ -245,8 +245,9 @@ class Connection:
             )
         if abs(follows) < FOLLOWS and over:
             return (
-                f"{sent} and has moved by {way[i]:.1g}: it is locked, its motor is off, or what is handed "
-                "over is not what is measured of it; look at its drive and brake, or report it as ftqp.Locked"
+                f"{sent} and has moved by {way[i]:.1g}: it is locked, its motor is off, the arm is held, or "
+                "what is handed over is not measured of it; look at its drive and brake, or report it as "
+                "ftqp.Locked"
             )
         return None
 
