@@ -127,10 +127,6 @@ class GoTo:
         self._to_posture = pose is None
         if task is not None and pose is None:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
-        if np.ndim(pose) == 1:
-            raise InputError(
-                "pose is a list of numbers, expected (4, 4); places of all joints are given as q=..."
-            )
         if pose is not None:
             self._pose = frozen(checked_pose(pose, "pose"))
             if said := in_millimetres(planner.robot, self._pose[:3, 3]):
@@ -212,7 +208,7 @@ class GoTo:
             raise InputError(
                 "a posture takes all joints, so that there is no target next to it; leave it out"
             )
-        if self._joints.begins_anew():
+        if self._joints.motion.begins_anew():
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
         leg = self._leg
         if isinstance(leg, TipTracker):
@@ -228,7 +224,7 @@ class GoTo:
             )
         else:
             step = leg.step(q, v, tau, tip)
-        self._joints.goes_on()
+        self._joints.motion.goes_on()
         self._judge(step)
         return step
 

@@ -111,14 +111,6 @@ class JointTracker:
         self._asked = asked
         self._aim(self.view.command.q if q is None else q, seeks=True)
 
-    def begins_anew(self) -> bool:
-        """Whether something else is believed than a tick ago, or somebody else has led the planner."""
-        return self._motion.begins_anew()
-
-    def goes_on(self) -> None:
-        """The tick was led by who asks."""
-        self._motion.goes_on()
-
     @property
     def is_searching(self) -> bool:
         """Whether a way is being looked for, and the arm stands meanwhile."""
