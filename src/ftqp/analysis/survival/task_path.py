@@ -12,7 +12,7 @@ from ftqp.control.inverse_kinematics.posture_search import robot_session, task_r
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.scene.placed_shapes import Clearance, Scene
-from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, numbers, positive
+from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -290,8 +290,12 @@ def _hash(numbers: list[Any]) -> str:
 
 def _given_goals(path: Any, names: tuple[str, ...], robot: Robot, start: FloatArray | None) -> FloatArray:
     """Goals that are given sample by sample, as poses (N + 1, 4, 4)."""
-    expected = ", expected an ftqp path, poses (N + 1, 4, 4) or points (N + 1, 2 or 3)"
-    given = numbers("path", path, expected)
+    try:
+        given = np.array(path, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(
+            f"path is {path!r:.60}, expected an ftqp path, poses (N + 1, 4, 4) or points (N + 1, 2 or 3)"
+        ) from error
     if given.size == 0 or len(given) < 2:
         count = 0 if given.size == 0 else len(given)
         raise InputError(f"path has {count} samples, expected at least 2")
