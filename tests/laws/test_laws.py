@@ -99,7 +99,7 @@ def test_planner_reads_no_clock_into_its_command_and_draws_no_unseeded_number():
     for folder in ("kernel", "faults", "control"):
         for file in (source / folder).rglob("*.py"):
             text = file.read_text(encoding="utf-8")
-            assert "import time" not in text and "from time" not in text, file
+            assert "import time\n" not in text and "from time " not in text, file
             assert "default_rng()" not in text and "np.random.seed" not in text, file
 
 

@@ -92,10 +92,15 @@ def test_stop_brakes_the_arm_before_a_weak_joint_is_where_it_could_not_hold_it(l
     rng = np.random.default_rng(107)
     q = np.clip(robot.neutral + rng.uniform(-0.6, 0.6, 7), robot.limits.q_min + 0.3, robot.limits.q_max - 0.3)
     axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
-    planner = ftqp.Planner(robot, DT, level=level)
+    planner = ftqp.Planner(robot, TWO_MS, level=level)
     planner.reset(q)
     path = ftqp.paths.Circle(robot.pose(q), 0.1, duration=6.0, axes=(axes[0], axes[1]))
-    way, v, left, stopped = path.sample(DT * np.arange(3500)), np.zeros(7), 0.05 * robot.limits.tau_max[1], 0
+    way, v, left, stopped = (
+        path.sample(TWO_MS * np.arange(3500)),
+        np.zeros(7),
+        0.05 * robot.limits.tau_max[1],
+        0,
+    )
     for k in range(3500):
         if k == 900:
             planner.report(ftqp.Degraded(1, torque=0.05))

@@ -17,7 +17,6 @@ from ftqp.analysis.survival.coverage_report import SENTENCES, NotSurvived
 from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.analysis.survival.way_round import DT, Bound
-from ftqp.app.commands import covering
 from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_summary, write_page
 from ftqp.app.output.console import ExitCode, answer, json_text, progress, say
 from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
@@ -424,7 +423,7 @@ def make_plan(
     setup.refuse_tables("ftqp plan", "constraints")
     task = task_of(setup)
     chosen: Any = method
-    hours = None if mtbf is None else covering.hours_by_joint(task.robot, mtbf)
+    hours = None if mtbf is None else hours_by_joint(task.robot, mtbf)
     settings, q0 = PlanSettings(**knobs), setup.q if start == "given" else None
     weights = None if hours is None else {joint: 1.0 / value for joint, value in hours.items()}
     with _bar(setup.name) as notify:
@@ -433,13 +432,13 @@ def make_plan(
             progress=notify,
         )  # fmt: skip
     made.save(file)
-    found = covering.Subject(name=setup.name, title=f"the plan by {method}", task=made.task, q=made.q)
+    found = Subject(name=setup.name, title=f"the plan by {method}", task=made.task, q=made.q)
     rep = coverage(task.robot, None, made, stride=made.stride)
-    facts = covering.facts_of(found, rep) | _about(made, task, file)
+    facts = facts_of(found, rep) | _about(made, task, file)
     if hours is not None:
-        facts["mission"] = covering.mission_of(rep, hours)
+        facts["mission"] = mission_of(rep, hours)
     if folder is not None:
-        facts |= covering.report(found, rep, facts, folder)
+        facts |= report(found, rep, facts, folder)
     answer(facts, as_json, [*coverage_summary(facts), *_shown(facts)])
     return ExitCode.DONE
 

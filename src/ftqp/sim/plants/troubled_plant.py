@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from ftqp.faults.kinds import Fault, Locked
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Command, Plant, PlantAround
 from ftqp.sim.schedule import first_tick
-
-if TYPE_CHECKING:
-    from ftqp.sim.plants.mujoco_plant import MujocoPlant
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +211,7 @@ class TroubledPlant(PlantAround):
 
     __slots__ = ("_physics", "_spans")
 
-    def __init__(self, plant: "MujocoPlant", robot: Robot, dt: float, troubles: Sequence[Trouble]) -> None:
+    def __init__(self, plant: Any, robot: Robot, dt: float, troubles: Sequence[Trouble]) -> None:
         super().__init__(plant)
         self._physics = plant
         self._spans: list[tuple[int, int, int, HiddenFault | Push]] = []
