@@ -31,14 +31,14 @@ def led(seed=0):
 def test_neighbour_of_a_motor_that_fails_on_the_same_axis_keeps_its_speed_limit(dead, seed):
     """What little inertia both have against each other let noise shake them, to three times the limit."""
     robot, planner, arm, path = led(seed)
-    fastest = np.zeros(robot.nv)
+    fastest = 0.0
     for k in range(END):
         if k == FAILS:
             arm.dead = dead
         arm.command(planner.step(arm.measured(), None, target_at(path, k * DT)))
-        fastest = np.maximum(fastest, np.abs(arm.v) / robot.limits.v_max)
+        fastest = max(fastest, float(np.max(np.abs(arm.v) / robot.limits.v_max)))
     assert set(planner.faults) <= {robot.joints[dead]}
-    assert np.delete(fastest, dead).max() < 1.0, "the joint without a motor swings as it does"
+    assert fastest < 1.0
 
 
 @pytest.mark.long

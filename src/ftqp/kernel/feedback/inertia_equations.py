@@ -20,8 +20,8 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY
 from ftqp.kernel.layout.feedback_rooms import POLES, UNKNOWNS
+from ftqp.kernel.layout.hypotheses import TOUCHED
 from ftqp.kernel.maths.vectors import cross, inner, plus, three, times
-from ftqp.kernel.monitor.verdicts import is_pushed
 
 SENSE = 0.02
 """Slower than this [rad/s or m/s] a joint's dry friction is less than its whole."""
@@ -176,7 +176,7 @@ def take(K: Any) -> None:
     """
     learned, feedback, supposed = K.learned, K.feedback, K.supposed
     chain, kinematics, a = K.chain, K.kinematics, learned.a
-    pushed = is_pushed(feedback)
+    pushed = feedback.touched > 0 or feedback.persistence[TOUCHED, 0] > 0
     share = learned.begun
     for i in range(chain.n):
         supposed.v[i] *= sqrt(share)

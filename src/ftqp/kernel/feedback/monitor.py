@@ -18,7 +18,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
-from ftqp.kernel.monitor.verdicts import OVERSPEED, is_pushed
+from ftqp.kernel.monitor.verdicts import OVERSPEED
 
 
 @jit
@@ -83,14 +83,14 @@ def _is_thrown(K: Any, i: int) -> bool:
 def watch_motion(K: Any) -> None:
     """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast.
 
-    What an impact or a push has thrown is brought back, and is not out of hand: a brake that closed now would
-    be a second impact for the others.
+    What an impact has thrown is brought back, and is not out of hand: a brake that closed now would be a
+    second impact for the others.
     """
     feedback, past, top = K.feedback, K.past, K.limits.v_max
     feedback.any_counted = 0
     then = slot(feedback, feedback.latency)
     for i in range(K.chain.n):
-        if K.faults.code[K.chain.lead[i]] != HEALTHY or feedback.thrown > 0.0 or is_pushed(feedback):
+        if K.faults.code[K.chain.lead[i]] != HEALTHY or feedback.thrown > 0.0:
             feedback.persistence[LEFT_BAND, i] = feedback.persistence[TOO_FAST, i] = 0
             continue
         if K.monitor.on:

@@ -11,10 +11,9 @@ from ftqp.kernel.feedback.persistence import has_persisted, persisted
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
-from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, PREDICTED, SILENT
+from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, PREDICTED, SILENT, TOUCHED
 from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
-from ftqp.kernel.monitor.verdicts import is_pushed
 
 USUAL_TIME = 0.1
 """What has disturbed a joint for so long [s] is a load, not a fault."""
@@ -141,7 +140,7 @@ def unusual(K: Any) -> int:
     worst, most, total, found = -1, 0.0, 0.0, 0.0
     feedback.samples += 1
     share = min(1.0, max(state.dt / USUAL_TIME, 1.0 / feedback.samples))
-    if is_pushed(feedback):
+    if feedback.touched or feedback.persistence[TOUCHED, 0] > 0:
         share = 0.0
     missing, lately = feedback.missing, min(1.0, state.dt / LATELY)
     for i in range(n):

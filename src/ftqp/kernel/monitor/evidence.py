@@ -43,16 +43,10 @@ def _sum(G: Any, i: int, gain: float, top: float) -> None:
 
 
 @jit
-def _gain(K: Any, z: float, z_old: float) -> float:
-    """kappa (mu z - mu^2/2), with the shift mu that the last look had.
-
-    Of torques no look tells more than the largest shift: one that begins at once may come from outside.
-    """
+def _gain(kappa: float, z: float, z_old: float) -> float:
+    """kappa (mu z - mu^2/2), with the shift mu that the last look had."""
     shift = min(max(abs(z_old), LEAST_SHIFT), MOST_SHIFT)
-    z = z if z_old > 0.0 else -z
-    if K.feedback.kind == TORQUE_DRIVE:
-        z = min(z, MOST_SHIFT)
-    return float(K.monitor.kappa * (shift * z - 0.5 * shift * shift))
+    return float(kappa * (shift * (z if z_old > 0.0 else -z) - 0.5 * shift * shift))
 
 
 @jit
@@ -102,9 +96,9 @@ def _let_be_pushed(K: Any) -> None:
 def weigh(K: Any, i: int, counts: bool) -> None:
     """The sums of joint i after a look; where it does not count only what contradicts does."""
     M, theta, P, z = K.monitor, K.monitor.theta[i], K.monitor.P[i], K.monitor.z[i]
-    gain = _gain(K, z, M.z_old[i]) if counts else 0.0
+    gain = _gain(M.kappa, z, M.z_old[i]) if counts else 0.0
     z_lock = _of_a_lock(K, i)
-    sharp = _gain(K, z_lock, M.z_sharp_old[i]) if counts else 0.0
+    sharp = _gain(M.kappa, z_lock, M.z_sharp_old[i]) if counts else 0.0
     _sum(M.G, i, gain, M.top)
     if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
         if M.found[i] == 0:
@@ -123,20 +117,12 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
     M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], direction(M.v[i], creep_of(K, i))
     M.phi[3], M.phi[4], M.phi[5] = 1.0, M.weight[i], M.inertia[i]
-    by_torque, torque, missing = K.feedback.kind == TORQUE_DRIVE, 0.0, M.r[i]
-    if by_torque:  # by what was known before: what it learns meanwhile takes what is missing for a load
-        theta, P = M.safe[1, i], M.safe_P[1, i]
-        torque = M.weight[i]
+    torque = M.weight[i] if K.feedback.kind == TORQUE_DRIVE else 0.0
     for r in range(SERVO):
         torque += M.phi[r] * theta[r]
     unsure = 0.3 * theta[1] * M.a[i]
     doubt = M.spread[i] + unsure * unsure + variance(P, M.phi, 1)
-    clear = gain
-    if by_torque:
-        missing = M.u_f[2, i] - theta[0] * M.v[i] - torque
-        clear = _gain(K, missing / sqrt(doubt), M.z_old[i]) if counts else 0.0
-    if missing * missing <= 9.0 * doubt or may_stick(K, i):
-        clear = min(clear, 0.0)
+    clear = gain if M.r[i] * M.r[i] > 9.0 * doubt and not may_stick(K, i) else min(gain, 0.0)
     _sum(M.G_free, i, clear - 0.5 * M.kappa * torque * torque / doubt, M.top)
     M.z_old[i], M.z_sharp_old[i] = z, z_lock
     if clear > 0.0 and M.G_free[i] > 0.0 and _is_pushed_away(K, i):

@@ -75,9 +75,9 @@ def _holds_still(K: Any, i: int) -> bool:
 
 
 @jit
-def is_pushed(feedback: Any) -> bool:
+def _is_pushed(K: Any) -> bool:
     """Whether something pushes the tip: three columns of J' explain more than one joint does."""
-    return bool(feedback.touched > 0 or feedback.persistence[TOUCHED, 0] > 0)
+    return bool(K.feedback.touched > 0 or K.feedback.persistence[TOUCHED, 0] > 0)
 
 
 @jit
@@ -93,8 +93,6 @@ def _is_locked(K: Any, i: int) -> bool:
     M = K.monitor
     if M.G_lock[i] <= M.level or not _others_move(K) or _holds_still(K, i) or _is_near(K, i):
         return False
-    if K.feedback.persistence[TOUCHED, 0] > 0:  # what is missing is now what a force at the tip takes
-        return False
     if may_stick(K, i) and not asks_all(K, i):
         return False
     others = 0.0
@@ -103,8 +101,7 @@ def _is_locked(K: Any, i: int) -> bool:
             others += M.G_lock[j]
             if M.G_lock[j] > M.G_lock[i]:
                 return False
-    # a lock may look like a push or a hold, and lasts
-    common = is_pushed(K.feedback) or ALONE * others > M.G_lock[i]
+    common = _is_pushed(K) or ALONE * others > M.G_lock[i]  # a lock may look like a push or a hold, and lasts
     return bool(M.G_lock[i] >= ALONE * M.level or not common)
 
 
@@ -121,7 +118,7 @@ def _has_no_motor(K: Any, i: int) -> bool:
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
-    if is_pushed(K.feedback) or _holds_still(K, i) or _is_driven(K, i):
+    if _is_pushed(K) or _holds_still(K, i) or _is_driven(K, i):
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
