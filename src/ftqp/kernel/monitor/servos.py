@@ -363,11 +363,15 @@ def _come_loose(M: Any, i: int) -> float:
 
 @jit
 def _pull_of_others(K: Any, i: int) -> float:
-    """What the others' motion does to joint i, if all of m is inertia of the links, and no rotor's."""
+    """What the others' motion does to joint i, if all of m is inertia of the links, and no rotor's.
+
+    Of m as it was a while ago: what a fault teaches is no reason to wait.
+    """
     M = K.monitor
     if M.own[i] <= 0.0:
         return 0.0
-    return float(M.theta[i, 1] * (M.inertia[i] / M.own[i] - M.a[i]))
+    m = max(min(M.theta[i, 1], M.safe[1, i, 1]), 0.0)
+    return float(m * (M.inertia[i] / M.own[i] - M.a[i]))
 
 
 @jit
