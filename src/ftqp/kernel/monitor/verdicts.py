@@ -107,8 +107,9 @@ def _is_locked(K: Any, i: int) -> bool:
 
 @jit
 def _is_driven(K: Any, i: int) -> bool:
-    """Whether joint i speeds up towards where it is sent: what pushes it does not."""
-    return bool(K.monitor.a[i] * (K.state.q_command[i] - K.monitor.means[0, i]) > 0.0)
+    """Whether joint i, which takes torques, speeds up towards where it is sent: what pushes it does not."""
+    off = K.state.q_command[i] - K.monitor.means[0, i]
+    return bool(K.feedback.kind == TORQUE_DRIVE and K.monitor.a[i] * off > 0.0)
 
 
 @jit
