@@ -63,8 +63,6 @@ much, what a lock is judged by falls so many times as fast."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 """A joint that was let go is not judged, nor is its motor believed off where the arm was switched on, for
 so long [s] and so many times what it may lag: it goes where its load draws it."""
-NOISES = 4.0
-"""An acceleration of two standard deviations of its noise counts by half."""
 BEGINS = 8.0
 """An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
 TAUGHT = 3.0
@@ -236,21 +234,11 @@ def noise_of(K: Any, i: int) -> float:
 
 
 @jit
-def _beyond_noise(K: Any, i: int, a: float) -> float:
-    """What of the acceleration a that is seen is no noise of the samples: that has 3/16 w^5 dt sigma^2.
-
-    A row of noise would teach that nothing depends on it, the more surely the longer the arm rests.
-    """
-    w = K.monitor.w
-    return float(a * a * a / (a * a + NOISES * 0.1875 * w**5 * K.state.dt * noise_of(K, i) + 1e-12))
-
-
-@jit
 def observe_joint(K: Any, i: int) -> None:
     """How fast joint i is, and how much of its motion was asked for."""
     M, D, decay = K.monitor, K.monitor.D, K.monitor.decay
     M.v[i] = D * (M.y_f[1, i] - M.y_f[2, i])
-    M.a[i] = _beyond_noise(K, i, D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i]))
+    M.a[i] = D * D * (M.y_f[0, i] - 2.0 * M.y_f[1, i] + M.y_f[2, i])
     v = D * (M.u_f[1, i] - M.u_f[2, i])
     a = D * D * (M.u_f[0, i] - 2.0 * M.u_f[1, i] + M.u_f[2, i])
     if K.feedback.kind == TORQUE_DRIVE:
