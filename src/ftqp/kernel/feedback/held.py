@@ -144,13 +144,15 @@ def _stands(K: Any, then: int, dt: float) -> bool:
             held.moved_lately[i] = lately if speed > 0.0 else -lately
         else:
             held.moved_lately[i] = _toward(held.moved_lately[i], 0.0, dt)
-        v, gone = K.past.v[then, i], K.past.q[then, i] - held.begun[i]
+        v, asked_way = K.past.v[then, i], K.past.q[then, i] - held.begun[i]
         just = (
-            abs(v) > should and v * held.moved_lately[i] > 0.0 and abs(gone) > STEPS * feedback.increment[i]
+            abs(v) > should
+            and v * held.moved_lately[i] > 0.0
+            and abs(asked_way) > STEPS * feedback.increment[i]
         )
         most = FAR + EXCESS_SIGMAS * sigma + SHOULD * abs(sample - held.at[i])
-        far = held.still > ASKED and abs(gone) > most
-        held.way[i] = 1.0 if (v if just else gone) > 0.0 else -1.0
+        far = held.still > ASKED and abs(asked_way) > most
+        held.way[i] = 1.0 if (v if just else asked_way) > 0.0 else -1.0
         held.asked[i] = 1.0 if just or far else 0.0
         asked += 1 if (just or far) and K.chain.lead[i] == i else 0
         moved += 1 if just and K.chain.lead[i] == i and feedback.bad[i] == 0 else 0
@@ -194,7 +196,7 @@ def _stay(K: Any, dt: float) -> bool:
     held, feedback, faults, gate, limits = K.held, K.feedback, K.faults, K.gate, K.limits
     grows = GROWS_BY_TORQUE if feedback.kind == TORQUE_DRIVE else GROWS
     held.ahead = min(held.ahead + grows * dt, MOST)
-    gone = asked = 0
+    released = asked = 0
     for k in range(faults.working):
         i = faults.order[k]
         ahead = held.ahead + EXCESS_SIGMAS * held.sigma[i]
@@ -202,7 +204,7 @@ def _stay(K: Any, dt: float) -> bool:
         top = min(limits.v_max[i], UNLIMITED)
         off = held.last[i] - held.at[i]
         if held.way[i] * off > far:
-            gone += 1
+            released += 1
             asked += 1 if held.asked[i] != 0.0 else 0
         elif abs(off) > MOVED * top + far:
             held.at[i] = held.last[i]
@@ -211,7 +213,7 @@ def _stay(K: Any, dt: float) -> bool:
             q = _toward(gate.q[i], q + held.baseline[i], BACK * top * dt)
         low, high = min(limits.q_min[i], gate.q[i]), max(limits.q_max[i], gate.q[i])
         gate.q[i] = min(max(q, low), high)
-    if gone < min(2, faults.working):
+    if released < min(2, faults.working):
         return True
     held.alone = 1 if asked == 0 else 0
     return False

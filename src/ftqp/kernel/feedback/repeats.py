@@ -70,7 +70,7 @@ def _normally(increment: Any, way: Any) -> Any:
 
 @jit
 def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> Any:
-    """Which of the samples of the joints from ``at`` on repeat although the reference went on.
+    """Which of the samples of the joints from ``at`` on repeat although the reference travelled on.
 
     They are compared with the last good ones, which are those of the last tick.
     """
@@ -81,7 +81,7 @@ def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> Any
 
 @jit
 def all_repeat_oddly(K: Any, then: int) -> bool:
-    """Of an arm whose numbers all repeat: whether any joint's reference went on beyond what is normal.
+    """Of an arm whose numbers all repeat: whether any joint's reference travelled on beyond what is normal.
 
     The steps of an encoder that has not changed its number yet may be as large as any.
     """
@@ -209,8 +209,8 @@ def look_at_repeats(state: Any, limits: Any, feedback: Any, i: int, sample: floa
     way, increment, far = feedback.way[i], feedback.increment[i], abs(feedback.moved[i])
     odd = far > _normally(increment, way)
     if feedback.sigma > 0.0:
-        went = abs(v) * same * state.dt
-        if odd and same >= FROZEN_SAMPLES and went > FROZEN_SIGMAS * feedback.sigma:
+        travelled = abs(v) * same * state.dt
+        if odd and same >= FROZEN_SAMPLES and travelled > FROZEN_SIGMAS * feedback.sigma:
             feedback.held[i] = FROZEN
         return
     along = feedback.v_hat[i] * v > GOES_ALONG * v * v

@@ -118,7 +118,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     walk  f8[POSES,N]  memory: the way that is tried in place of a part
     normal one other  f8[3]  memory: of a pair
     row  f8[N]  memory
-    q end near drawn begin finish gone  f8[N]  memory
+    q end near drawn begin finish followed_to  f8[N]  memory
     line  f8[3,N]  memory: c0, c1, c2 of an edge
     stretch  f8[STRETCHES,2]  memory: begin and end of those of an edge
     e  f8[6]  the tip's error

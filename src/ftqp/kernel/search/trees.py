@@ -349,18 +349,18 @@ def _follows(K: Any) -> bool:
     W, n = K.ways, K.chain.n
     if W.followed + 1 >= W.path:
         return False
-    assign(W.gone, W.follows, n)
-    if not comes_to(K, W.gone, W.path_pose[W.followed + 1]):
+    assign(W.followed_to, W.follows, n)
+    if not comes_to(K, W.followed_to, W.path_pose[W.followed + 1]):
         return False
     for j in range(n):
-        if W.free[j] and abs(W.gone[j] - W.follows[j]) > W.leap[j]:
+        if W.free[j] and abs(W.followed_to[j] - W.follows[j]) > W.leap[j]:
             return False
     if W.straight:
-        if passes(K, W.follows, W.gone) < 1.0:
+        if passes(K, W.follows, W.followed_to) < 1.0:
             return False
-    elif obstruction(K, W.gone) != 0:
+    elif obstruction(K, W.followed_to) != 0:
         return False
-    assign(W.follows, W.gone, n)
+    assign(W.follows, W.followed_to, n)
     W.followed += 1
     return True
 
@@ -444,10 +444,10 @@ def _walk(K: Any, a: Any, b: Any) -> int:
     if not W.tube:
         assign(W.walk[0], b, n)
         return 1 if free_share(K, a, b) >= 1.0 else 0
-    assign(W.gone, a, n)
+    assign(W.followed_to, a, n)
     for m in range(POSES):
-        there = step_towards(K, W.gone, b, W.walk[m])
-        assign(W.gone, W.walk[m], n)
+        there = step_towards(K, W.followed_to, b, W.walk[m])
+        assign(W.followed_to, W.walk[m], n)
         if there != 1:
             return m + 1 if there == 2 else 0
     return 0
