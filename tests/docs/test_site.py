@@ -1,12 +1,14 @@
 """The site builds without a network, asks nothing of one, and nothing in it is missing."""
 
+import html
 import os
 import posixpath
 import re
 import subprocess
 import sys
+from functools import cache
 from types import SimpleNamespace
-from urllib.parse import urlsplit
+from urllib.parse import unquote, urlsplit
 
 import pytest
 from mkdocs.exceptions import PluginError
@@ -18,6 +20,7 @@ pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[
 LOADED = re.compile(
     r"<(?:script|link|img|source|iframe|video|audio|object)\b[^>]*?\b(?:src|href|data)=[\"']?([^\"'\s>]+)"
 )
+LINKED = re.compile(r"<a\b[^>]*?\bhref=[\"']?([^\"'\s>]+)")
 SAID = re.compile(r"\b(?:id|name)=[\"']?([^\"'\s>]+)")
 
 
@@ -56,6 +59,34 @@ def test_no_page_loads_anything_from_outside(site, texts):
     assert not [one for one in loaded if is_outside(one)]
     styles = "\n".join(file.read_text(encoding="utf-8") for file in site.rglob("*.css"))
     assert not re.findall(r"(?:url\(|@import)\s*[\"']?(?:https?:)?//", styles)
+
+
+@pytest.mark.slow
+def test_every_link_of_a_page_leads_to_a_page_and_a_place_in_it(site, texts):
+    @cache
+    def places(name):
+        return set(map(html.unescape, SAID.findall(texts[name])))
+
+    wrong = []
+    for name, text in texts.items():
+        if name == "404.html":  # its links begin at the root of a server
+            continue
+        for link in {*LINKED.findall(text), *LOADED.findall(text)}:
+            address = urlsplit(html.unescape(link))
+            if address.scheme or address.netloc:
+                if address.scheme not in ("http", "https", "data") or (
+                    address.netloc and "." not in address.netloc
+                ):
+                    wrong.append(f"{name}: {link}")
+                continue
+            path = unquote(address.path)
+            other = posixpath.normpath(posixpath.join(posixpath.dirname(name), path)) if path else name
+            there = site / other
+            if not there.is_file() or (
+                address.fragment and other in texts and unquote(address.fragment) not in places(other)
+            ):
+                wrong.append(f"{name}: {link}")
+    assert not wrong
 
 
 @pytest.mark.slow
@@ -99,6 +130,12 @@ def test_formulas_are_mathml_and_no_script(texts):
 
 
 @pytest.mark.slow
+def test_the_index_of_the_search_is_read_from_the_disk(site):
+    text = (site / "search" / "search_index.js").read_text(encoding="utf-8")
+    assert text.startswith("var __index = {") and "free-swinging" in text
+
+
+@pytest.mark.slow
 def test_the_search_finds_pages_in_a_browser_without_a_network(site, opened):  # noqa: F811
     asked = []
     tab = opened("about:blank", offline=True)
@@ -109,6 +146,34 @@ def test_the_search_finds_pages_in_a_browser_without_a_network(site, opened):  #
     found.wait_for()
     assert "reference/api/leaders.html" in found.get_attribute("href")
     assert len(asked) > 5 and not [one for one in asked if not one.startswith(("file:", "data:", "about:"))]
+
+
+SOUGHT = {
+    "pandas": "command-line", "how it works": "how-it-works", "bandwidth": "connect-your-robot",
+    "protective stop": "troubleshooting", "joystick": "teleoperation", "jerk": "teleoperation",
+    "UR": "connect-your-robot", "obstacle": "how-to/obstacle", "wheel": "how-to/several-tasks",
+    "ROS": "how-to/controller",
+}  # fmt: skip
+"""What newcomers look for, and the page that answers it."""
+
+
+@pytest.mark.slow
+def test_what_newcomers_look_for_is_among_the_first_five_pages_that_the_search_finds(site, opened):  # noqa: F811
+    first = {}
+    for words in SOUGHT:
+        tab = opened((site / "index.html").as_uri(), offline=True)
+        tab.fill("input[name=query]", words)
+        found = tab.locator(".md-search-result__link")
+        found.first.wait_for()
+        pages = [(one.get_attribute("href") or "").partition(".html")[0] for one in found.all()]
+        first[words] = list(dict.fromkeys(pages))[:5]
+        tab.close()
+    missing = {
+        words: first[words]
+        for words, page in SOUGHT.items()
+        if not any(one.endswith(page) for one in first[words])
+    }
+    assert not missing
 
 
 PICTURES = ROOT / "docs" / "gallery"

@@ -31,3 +31,24 @@ def campaign():
     spec.loader.exec_module(module)
     yield module
     del sys.modules[spec.name]
+
+
+ONCE_BROKEN = {
+    50186: "torque: told of a brake 50 ms late it went to eight times its speed limits",
+    50161: "torque: a brake that slips while the arm is stopped threw the other joints about",
+    50086: "velocity: an unknown load was LAGGING for ever",
+    50127: "torque: dry friction made the tip's correction hunt over a target at rest",
+    50153: "velocity: a joint without a motor threw the others about after a stop",
+    50201: "position: the same, for ever",
+    200058: "torque: a brake that slips, told of at once, let the others shake the arm",
+    201071: "torque: the same, told of 50 ms late",
+    200433: "torque: a brake that holds was taken for one that slips",
+    50191: "position: a servo overshot the speed limit",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", ONCE_BROKEN)
+def test_episode_that_once_broke_a_law_keeps_them_all(campaign, seed):
+    outcome = campaign.judged(campaign.draw(seed))
+    assert {law: outcome[law] for law in campaign.LAWS} == dict.fromkeys(campaign.LAWS, 0.0)
