@@ -35,6 +35,10 @@ SAGS: Final = 0.15
 """... and how far one may sag at first, when its servo is sent the place that it was measured at."""
 OUTSIDE: Final = 0.2
 """How far outside its range an arm may begin [rad or m]: soft limits and zeros are so far off at most."""
+STILL: Final = 0.2
+"""No joint moves before an arm that sagged has stood for so long [s], ..."""
+SAGGING: Final = 3.0
+"""... unless that takes so long [s]."""
 SETTLES: Final = 1.0
 """An arm that is stopped has so long to come to rest [s]."""
 DEGREES: Final = 180.0 / np.pi
@@ -74,7 +78,7 @@ class Connection:
 
     __slots__ = (
         "_begun", "_fault", "_joints", "_lead", "_least", "_most", "_motion", "_moved", "_part", "_planner",
-        "_reference", "_robot", "_stopped", "_t", "_view",
+        "_reference", "_robot", "_still", "_stood", "_stopped", "_t", "_view", "_waited",
     )  # fmt: skip
 
     planner: Fixed[Planner] = Fixed("_planner")
@@ -109,7 +113,8 @@ class Connection:
         self._fault: str | None = None
         self._begun, self._reference = start.copy(), start.copy()
         self._most, self._least = np.zeros(robot.nv), np.zeros(robot.nv)
-        self._moved = 0.0
+        self._moved = self._waited = self._still = 0.0
+        self._stood = start.copy()
 
     def step(self, q: Any, v: Any = None) -> Step:
         """The command for the next ``dt``, to be sent as any; see ``Planner.step``.
@@ -124,11 +129,18 @@ class Connection:
             self._watch(np.array(self._robot.angles(q), dtype=float), step)
         if self._fault is not None:
             self._stopped += self._planner.dt
-        elif step.code != INVALID_INPUT and self._t <= self._motion.duration:
+        elif step.code != INVALID_INPUT and self._t <= self._motion.duration and not self._sags():
             self._t += self._planner.dt
             if self._t > self._motion.duration and (learned := self.learned) is not None:
                 self._view.tell_servos(learned)
         return step
+
+    def _sags(self) -> bool:
+        """Whether the arm, which was sent where it was measured, still sags and is led back from there."""
+        if self._part >= 0 or self._waited > SAGGING or self._still > STILL:
+            return False
+        self._waited += self._planner.dt
+        return bool((np.maximum(self._most, -self._least) > 2.0 * LEAST).any())
 
     def _write(self) -> None:
         """Let the kernel read where the motion is."""
@@ -161,6 +173,10 @@ class Connection:
             wrong = self._judged()
             self._part, self._begun, self._reference = part, sample, reference
             self._most, self._least, self._moved = np.zeros(len(sample)), np.zeros(len(sample)), 0.0
+        if self._part < 0:
+            moves = bool((np.abs(sample - self._stood) > 2.0 * LEAST).any())
+            self._stood = sample if moves else self._stood
+            self._still = 0.0 if moves else self._still + self._planner.dt
         way = sample - self._begun
         self._most, self._least = np.maximum(self._most, way), np.minimum(self._least, way)
         if self._alone is not None:

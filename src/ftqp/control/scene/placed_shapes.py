@@ -214,7 +214,7 @@ class Scene(Mapping[str, Placed]):
         Args:
             name: Which.
             place: Its pose, (4, 4) [m], or its place, (3,) [m], which leaves it turned as it was.
-            twist: Its velocity along W, (6,) [m/s, rad/s]; None stands. Planners move it on until then.
+            twist: Its velocity along W, (6,) [m/s, rad/s]; None stands. Planners move it on until the next.
 
         Raises:
             InputError: There is nothing of that name, or a number is not finite; then nothing changes.
