@@ -9,6 +9,7 @@ from tests.servo_arm import ServoArm
 
 import ftqp
 from ftqp.control.following.connection_words import strayed
+from ftqp.sim.plants.joint_servo import Gains, GainServo
 
 DT, SIGMA = 0.005, 5e-5
 TABLE = [(0.0, 0.3, 0.0, np.pi / 2), (0.0, 0.0, 0.4, 0.0), (0.0, 0.1, 0.0, -np.pi / 2), (0.0, 0.3, 0.1, 0.0)]
@@ -284,3 +285,30 @@ def quiet():
     logging.disable(logging.WARNING)
     yield
     logging.disable(logging.NOTSET)
+
+
+@pytest.mark.parametrize("seed", [3, 8])
+def test_a_soft_arm_that_sags_at_first_is_not_said_to_be_wired_wrongly(seed):
+    """Servos of 4 Hz that do not make up for the weight, in physics: the arm sags where it was measured."""
+    pytest.importorskip("mujoco")
+    rng, dt = np.random.default_rng(seed), 0.004
+    robot = ftqp.robots.load("xarm7").with_limits(v_max=2.0, a_max=10.0, tau_max=80.0)
+    rotors = rng.uniform(0.1, 0.4, 7) * [1.0, 1.0, 1.0, 1.0, 0.3, 0.3, 0.3]
+    w, real = 2 * np.pi * rng.uniform(4.0, 4.6, 7), robot.with_rotors(rotors)
+    dry = np.diag(real.mass_matrix(robot.neutral)) * w * w * rng.uniform(0.5e-3, 3e-3, 7)
+    gains = Gains(
+        bandwidth=dict(zip(robot.joints, w, strict=True)), damping=0.9, weight=False, takes_velocity=False
+    )
+    true = ftqp.TrueArm(
+        rotors=dict(zip(robot.joints, rotors, strict=True)), coulomb=dict(zip(robot.joints, dry, strict=True))
+    )
+    arm = ftqp.MujocoPlant(robot, dt, GainServo(real, "position", gains, dt / 8), true, substeps=8)
+    arm.reset(robot.neutral, np.zeros(7))
+    still = SimpleNamespace(q=robot.neutral, v=np.zeros(7), tau=np.zeros(7), brakes=np.zeros(7, dtype=bool))
+    for _ in range(250):
+        arm.advance(still)
+    planner = ftqp.Planner(robot, dt, drive=ftqp.Drive(takes_velocity=False))
+    first = ftqp.connect(planner, arm.q + 1e-4 * rng.standard_normal(7))
+    while not first.done:
+        arm.advance(first.step(arm.q + 1e-4 * rng.standard_normal(7)))
+    assert first.fault is None
