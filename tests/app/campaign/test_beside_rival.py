@@ -75,7 +75,11 @@ def test_planted_accusation_and_stop_are_seen(setup):
 def test_range_that_is_left_is_a_broken_limit(setup):
     q = np.tile(setup.q, (round(SECONDS / DT), 1))
     q[5, 3] = setup.robot.limits.q_max[3] + 0.03
-    assert seen(setup, q=q)["broken"]
+    found = seen(setup, q=q)
+    assert found["broken"]
+    assert sentences(found, healthy=True) == [
+        "limits are broken: a joint that obeys goes 0.03 rad or m beyond its range"
+    ]
 
 
 def test_lock_that_matters_is_found_late_or_never_and_its_joint_may_be_fast(locked):

@@ -223,6 +223,7 @@ def judged(setup: Setup, events: Events, led: Led, ideal: FloatArray | None) -> 
         "off": off,
         "turn": turn,
         "fast": float(fast.max()),
+        "beyond": float(far.max()),
         "leap": leap,
     }
 
@@ -265,8 +266,10 @@ def sentences(seen: Mapping[str, Any], healthy: bool) -> list[str]:
     """What ftqp did that it must not, a sentence each, which begins with a word for its law."""
     lines = []
     if seen["broken"]:
+        ways = [f"to {seen['fast']:.3g} times its speed limit"] if seen["fast"] > FAST else []
+        ways += [f"{seen['beyond']:.3g} rad or m beyond its range"] if seen["beyond"] > AHEAD else []
         lines.append(
-            f"limits are broken: a joint that obeys goes to {seen['fast']:.3g} times its speed limit"
+            f"limits are broken: a joint that obeys goes {' and '.join(ways) or 'to no finite place'}"
         )
     if seen["leapt"]:
         lines.append(f"leap after a hold: a joint goes to {seen['leap']:.3g} times what is usual and allowed")
