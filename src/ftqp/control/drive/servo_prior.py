@@ -26,6 +26,8 @@ SHARE = 4
 """So many hypotheses share the rate of false alarms: locked, without motor, held, pushed."""
 LASTS = 0.15
 """Motion that was asked for counts for so long [s], the slowest servo's time."""
+LONG = 40.0
+"""The filters have forgotten a sample after so many of their time constants."""
 MOST = 4.0
 """Evidence is kept up to so many times what decides, so that it is gone soon once it is contradicted."""
 MEAN_LAG = 0.0
@@ -92,6 +94,11 @@ def fill_monitor(
     M.level = log(max(3600.0 / max(alike, block) * n * SHARE / rate, 1.0))
     M.top = MOST * M.level
     M.decay = exp(-block / LASTS)
+    k = np.arange(round(LONG / (w * dt)))
+    one = (1.0 - pole) * pole**k  # what one, two and three poles make of a sample of 1
+    two = (1.0 - pole) * (k + 1.0) * one
+    three = (1.0 - pole) * (0.5 * k + 1.0) * two
+    M.blurs[:] = np.sum((M.D * (two - three)) ** 2), np.sum((M.D**2 * (one - 2.0 * two + three)) ** 2)
     if drive.kind == "velocity":
         M.leak, M.fades = 1.0 - exp(-dt / LASTS), 1.0 - M.decay
     limits = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, LEAST_TORQUE)

@@ -32,7 +32,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY_DRIVE,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import GEAR, SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR, UNLIMITED
+from ftqp.kernel.layout.thresholds import COARSEST, GEAR, SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.torques import (
     A_RADIAN,
@@ -65,6 +65,8 @@ SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 so long [s] and so many times what it may lag: it goes where its load draws it."""
 BEGINS = 8.0
 """An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
+LATELY = 0.25
+"""How far samples are from what was sent is a mean over one over this independent looks."""
 TAUGHT = 3.0
 """A residual teaches as if it were so many standard deviations at most."""
 
@@ -146,7 +148,8 @@ def begin_filters(K: Any) -> None:
             M.u_f[k, i], M.y_f[k, i] = u, y
         for k in range(4):
             M.means[k, i] = y
-        M.v[i] = M.a[i] = M.peak_v[i] = M.peak_a[i] = 0.0
+        M.v[i] = M.a[i] = M.peak_v[i] = M.peak_a[i] = M.follows[i] = 0.0
+        M.differs[0, i] = M.differs[1, i] = 0.0
         M.G[i] = M.G_lock[i] = M.G_free[i] = M.z_old[i] = M.z_sharp_old[i] = 0.0
         if M.ideal:
             for r in range(SERVO):
@@ -228,9 +231,21 @@ def variance(P: Any, phi: Any, first: int) -> float:
 
 @jit
 def noise_of(K: Any, i: int) -> float:
-    """Variance of the samples of joint i."""
-    sigma: float = K.held.sigma[i]
-    return sigma * sigma
+    """Variance of the samples of joint i; what an encoder's steps leave out shows only while it moves."""
+    sigma, step = K.held.sigma[i], min(K.feedback.increment[i], COARSEST)
+    return float(max(sigma * sigma, step * step / 12.0))
+
+
+@jit
+def _between(K: Any, i: int, k: int, seen: float, led: float) -> float:
+    """A derivative of joint i from what its samples say and what it was sent, each by its variance.
+
+    Noise in what the parameters multiply would draw them to zero, and all the surer the more there is.
+    """
+    M, d = K.monitor, seen - led
+    M.differs[k, i] += LATELY * M.kappa * (d * d - M.differs[k, i])
+    noise = M.blurs[k] * noise_of(K, i)
+    return float(led if noise >= M.differs[k, i] else seen - noise / M.differs[k, i] * d)
 
 
 @jit
@@ -247,6 +262,11 @@ def observe_joint(K: Any, i: int) -> None:
         rate = M.leak / K.state.dt
         v += rate * (M.u_f[2, i] - M.y_f[2, i])
         a += rate * D * (M.u_f[1, i] - M.u_f[2, i] - M.y_f[1, i] + M.y_f[2, i])
+    if K.feedback.kind != TORQUE_DRIVE:
+        lag, block = max(M.theta[i, 0], block_time(K)), block_time(K)
+        M.follows[i] += block / (block + lag) * (v - M.follows[i])
+        M.v[i] = _between(K, i, 0, M.v[i], M.follows[i])
+        M.a[i] = _between(K, i, 1, M.a[i], (v - M.follows[i]) / lag)
     M.peak_v[i] = max(abs(v), decay * M.peak_v[i])
     M.peak_a[i] = max(abs(a), decay * M.peak_a[i])
     M.act[i] = min(abs(M.v[i]), M.peak_v[i]) + 0.05 * min(abs(M.a[i]), M.peak_a[i])
