@@ -262,7 +262,7 @@ def observe_joint(K: Any, i: int) -> None:
         rate = M.leak / K.state.dt
         v += rate * (M.u_f[2, i] - M.y_f[2, i])
         a += rate * D * (M.u_f[1, i] - M.u_f[2, i] - M.y_f[1, i] + M.y_f[2, i])
-    if K.feedback.kind != TORQUE_DRIVE:
+    if K.feedback.kind == POSITION_DRIVE:
         lag, block = max(M.theta[i, 0], block_time(K)), block_time(K)
         M.follows[i] += block / (block + lag) * (v - M.follows[i])
         M.v[i] = _between(K, i, 0, M.v[i], M.follows[i])
@@ -289,6 +289,13 @@ def creep_of(K: Any, i: int) -> float:
 def direction(v: float, slow: float) -> float:
     """sgn(v), smooth where dry friction may hold a joint to either side."""
     return v / sqrt(v * v + slow * slow)
+
+
+@jit
+def _creeps(M: Any) -> bool:
+    """Whether a joint is so slow that dry friction may hold it to either side."""
+    share = M.phi[FRICTION]
+    return bool(share == 0.0 if M.fades > 0.0 else share * share < 0.5)
 
 
 @jit
@@ -380,13 +387,13 @@ def residual(K: Any, i: int) -> None:
     if M.fades > 0.0:
         _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
         v, a = phi[0], phi[1]
-    elif min(abs(v), M.peak_v[i]) < slow:  # it may be held to either side
-        phi[FRICTION] = 0.0
+    else:
+        phi[FRICTION] = direction(min(max(v, -M.peak_v[i]), M.peak_v[i]), slow)
     by_torque = K.feedback.kind == TORQUE_DRIVE
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
-    if M.G[i] > 0.0 and phi[FRICTION] * r > 0.0 and may_stick(K, i):
+    if M.G[i] > 0.0 and phi[FRICTION] * r > 0.0 and not _creeps(M) and may_stick(K, i):
         r += _come_loose(M, i)
     moved = _motion_beside(K, i)
     miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
@@ -398,13 +405,11 @@ def residual(K: Any, i: int) -> None:
     friction = friction * friction + M.P[i, FRICTION, FRICTION]
     if M.fades > 0.0:
         spread += _stuck(M, i) * friction
-    elif phi[FRICTION] == 0.0:
-        spread += friction
+    else:  # the slower it is the less is known to which side it is held
+        spread += (1.0 - phi[FRICTION] * phi[FRICTION]) * friction
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
-    if phi[FRICTION] != 0.0 and M.fades == 0.0:
-        phi[FRICTION] = direction(phi[0], slow)
     M.r[i], M.spread[i] = r, spread
     M.S[i] = spread + variance(M.P[i], phi, 0)
     pull = 0.0 if by_torque else _pull_of_others(K, i)
@@ -453,7 +458,7 @@ def learn_servo(K: Any, i: int) -> None:
         gain[r] = 0.0
         for c in range(SERVO):
             gain[r] += P[r, c] * phi[c]
-    stuck = phi[FRICTION] == 0.0  # what holds a joint is no measure of its friction
+    stuck = _creeps(M)  # what holds a joint is no measure of its friction
     for r in range(SERVO):
         if not (stuck and r == FRICTION):
             theta[r] += share * gain[r] * M.r[i]
