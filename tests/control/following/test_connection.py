@@ -56,7 +56,7 @@ def healthy():
 def test_servos_of_an_arm_that_nobody_has_described_are_learned(healthy):
     first, arm = healthy
     learned = first.learned
-    assert first.fault is None and first.progress == 1.0 and arm.seconds < 11.0
+    assert first.fault is None and first.progress == 1.0 and arm.seconds < 11.5
     expected = 2.0 / WN - 0.5 * DT  # a command is there for half a period, in the mean, before it is due
     assert (np.abs(learned.lag - expected) < 3.0 * learned.lag_error).all()
     assert (learned.lag_error < 0.01).all() and learned.is_known.all()
@@ -137,7 +137,7 @@ def test_a_lock_is_found_about_when_that_was_said(speed, joint):
         k += 1
     after = (k - 200) * DT
     assert planner.findings[0].joint == STRANGE.joints[joint]
-    assert said / 2.0 < after < 2.0 * said + 0.05
+    assert said / 2.0 - DT < after < 2.0 * said + 0.05  # to a look
 
 
 def swapped(q):
