@@ -156,7 +156,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     total  f8[N]  samples since the last look, and their means over the last looks
     means  f8[4,N]
     v a  f8[N]  of the samples and of what was sent, each as far as it can be trusted
-    follows  f8[N]  how fast it is if it follows what was sent with its lag
+    follows  f8[2,N]  how fast it is if it follows what was sent with half its lag, and with all of it
     differs  f8[2,N]  squares of how far the samples' v and a are from those of what was sent, lately
     blurs  f8[2]  what noise of the samples is in v and a, as variances of one of 1
     peak_v peak_a  f8[N]  the most of what was asked for lately

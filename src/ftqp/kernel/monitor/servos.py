@@ -148,8 +148,8 @@ def begin_filters(K: Any) -> None:
             M.u_f[k, i], M.y_f[k, i] = u, y
         for k in range(4):
             M.means[k, i] = y
-        M.v[i] = M.a[i] = M.peak_v[i] = M.peak_a[i] = M.follows[i] = 0.0
-        M.differs[0, i] = M.differs[1, i] = 0.0
+        M.v[i] = M.a[i] = M.peak_v[i] = M.peak_a[i] = 0.0
+        M.follows[0, i] = M.follows[1, i] = M.differs[0, i] = M.differs[1, i] = 0.0
         M.G[i] = M.G_lock[i] = M.G_free[i] = M.z_old[i] = M.z_sharp_old[i] = 0.0
         if M.ideal:
             for r in range(SERVO):
@@ -263,10 +263,12 @@ def observe_joint(K: Any, i: int) -> None:
         v += rate * (M.u_f[2, i] - M.y_f[2, i])
         a += rate * D * (M.u_f[1, i] - M.u_f[2, i] - M.y_f[1, i] + M.y_f[2, i])
     if K.feedback.kind == POSITION_DRIVE:
-        lag, block = max(M.theta[i, 0], block_time(K)), block_time(K)
-        M.follows[i] += block / (block + lag) * (v - M.follows[i])
-        M.v[i] = _between(K, i, 0, M.v[i], M.follows[i])
-        M.a[i] = _between(K, i, 1, M.a[i], (v - M.follows[i]) / lag)
+        half = max(0.5 * M.theta[i, 0], block_time(K))  # a servo without overshoot has two such poles
+        share = block_time(K) / (block_time(K) + half)
+        M.follows[0, i] += share * (v - M.follows[0, i])
+        M.follows[1, i] += share * (M.follows[0, i] - M.follows[1, i])
+        M.v[i] = _between(K, i, 0, M.v[i], M.follows[1, i])
+        M.a[i] = _between(K, i, 1, M.a[i], (M.follows[0, i] - M.follows[1, i]) / half)
     M.peak_v[i] = max(abs(v), decay * M.peak_v[i])
     M.peak_a[i] = max(abs(a), decay * M.peak_a[i])
     M.act[i] = min(abs(M.v[i]), M.peak_v[i]) + 0.05 * min(abs(M.a[i]), M.peak_a[i])
