@@ -329,6 +329,24 @@ def test_a_joint_whose_motor_its_load_overcomes_is_not_called_locked():
     assert p.stopped_because is None and not p.findings
 
 
+class LateMotors(ServoArm):
+    """Servos on velocities whose torque comes late: v (1 + c s + m s^2) = v_sent, m = c 0.125 s."""
+
+    a = 0.0
+
+    def advance(self, a, h):
+        self.a = self.a + min(8.0 * h, 1.0) * (a - self.a)
+        super().advance(self.a, h)
+
+
+def test_the_loop_of_a_velocity_arm_does_not_shake_servos_that_are_slower_than_it():
+    """Not told of them it has 10 1/s, at which an integrator behind such a servo swings without end."""
+    arm = LateMotors(posture(PANDA), FAST, takes="velocity", wn=10.0, sigma=2e-5)
+    motion = Motion(PANDA, arm, FAST, 4.0, drive="velocity")
+    assert motion.planner.stopped_because is None and not motion.planner.findings
+    assert motion.error[-1] < 2e-3
+
+
 class PushedArm(ServoArm):
     """A soft wrist that something pushes for half a second, farther than its motor could hold it."""
 
