@@ -18,6 +18,8 @@ from ftqp.model import catalog
 PANDA = catalog.load("panda")
 SERVOS = {"4 Hz": 25.0, "10 Hz": 63.0, "40 Hz": 250.0}
 FAST, SLOW = 1e-3, 1e-2
+PANDA_WEIGHT = 22.0
+"""What the panda's fourth joint holds at rest in its neutral posture [N m]."""
 POSITION = ftqp.Task(rows="position")
 TAKES = {"position": "position only", "velocity": "velocity"}
 
@@ -301,6 +303,66 @@ def test_an_arm_that_an_unknown_load_draws_away_at_first_is_healthy(dt):
     arm = arm_of(PANDA, dt, 25.0)
     arm.push[1], arm.push[3] = 0.08 * 25.0**2, -0.08 * 25.0**2
     p, (poses, targets) = started(PANDA, dt=dt), circles(PANDA, dt, 4.5)
+    for k in range(len(poses)):
+        arm.command(p.step(arm.measured(), None, targets.at(k)))
+    assert p.stopped_because is None and not p.findings
+    assert np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3]) < 1e-3
+
+
+class OvercomeArm(ServoArm):
+    """Its fourth motor gives what it can, and cannot lift its load; oil slows that joint."""
+
+    def advance(self, a, h):
+        a[3] = np.clip(a[3], -5.0, 5.0) - 5.0 - 20.0 * self.v[3]
+        super().advance(a, h)
+
+
+def test_a_joint_whose_motor_its_load_overcomes_is_not_called_locked():
+    """Its servo rested at its torque limit, and was learned and judged as if it had none."""
+    tau_max = PANDA.limits.tau_max.copy()
+    tau_max[3] = PANDA_WEIGHT
+    robot = PANDA.with_limits(tau_max=tau_max)
+    arm = OvercomeArm(posture(PANDA), FAST, takes="position only", wn=63.0, sigma=2e-5)
+    p, (poses, targets) = started(robot, dt=FAST), circles(PANDA, FAST, 3.0)
+    for k in range(len(poses)):
+        arm.command(p.step(arm.measured(), None, targets.at(k)))
+    assert p.stopped_because is None and not p.findings
+
+
+class LateMotors(ServoArm):
+    """Servos on velocities whose torque comes late: v (1 + c s + m s^2) = v_sent, m = c 0.125 s."""
+
+    a = 0.0
+
+    def advance(self, a, h):
+        self.a = self.a + min(8.0 * h, 1.0) * (a - self.a)
+        super().advance(self.a, h)
+
+
+def test_the_loop_of_a_velocity_arm_does_not_shake_servos_that_are_slower_than_it():
+    """Not told of them it has 10 1/s, at which an integrator behind such a servo swings without end."""
+    arm = LateMotors(posture(PANDA), FAST, takes="velocity", wn=10.0, sigma=2e-5)
+    motion = Motion(PANDA, arm, FAST, 4.0, drive="velocity")
+    assert motion.planner.stopped_because is None and not motion.planner.findings
+    assert motion.error[-1] < 2e-3
+
+
+class PushedArm(ServoArm):
+    """A soft wrist that something pushes for half a second, farther than its motor could hold it."""
+
+    ticks = 0
+
+    def advance(self, a, h):
+        self.ticks += 1
+        a[4] += 60.0 if 1.2 <= self.ticks * h < 1.7 else 0.0
+        super().advance(a, h)
+
+
+@pytest.mark.parametrize("wn", [20.0, 40.0])
+def test_a_push_that_moves_a_soft_wrist_accuses_no_joint(wn):
+    """It seemed to be without motor while it went, and locked while it was held away."""
+    arm = PushedArm(posture(PANDA), FAST, takes="position only", wn=wn, sigma=2e-5)
+    p, (poses, targets) = started(PANDA, dt=FAST), circles(PANDA, FAST, 4.0)
     for k in range(len(poses)):
         arm.command(p.step(arm.measured(), None, targets.at(k)))
     assert p.stopped_because is None and not p.findings

@@ -16,7 +16,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
 from ftqp.kernel.maths.elementary import is_finite
-from ftqp.kernel.monitor.servos import as_before
+from ftqp.kernel.monitor.servos import as_before, is_strained
 
 LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
 """Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
@@ -135,7 +135,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
             continue
         held.near[i] = _toward(held.near[i], sample, STANDS * dt)
         if abs(sample - held.near[i]) > PLACE_SIGMAS * sigma + ROUNDING:
-            all_stand = False
+            all_stand = all_stand and is_strained(K, i)  # what its load moves says nothing
             held.near[i] = sample
         if abs(speed) > still:
             usual = feedback.d_slow[i] if feedback.kind == TORQUE_DRIVE else K.past.q[then, i] - sample

@@ -11,7 +11,7 @@ from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
-from ftqp.kernel.monitor.leading import ahead, blend, keep_found, lead_joint
+from ftqp.kernel.monitor.leading import ahead, blend, held_by, keep_found, lead_joint
 
 FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
@@ -233,14 +233,14 @@ def _torques(K: Any) -> None:
 
 
 @jit
-def _held(state: Any, limits: Any, feedback: Any, i: int, off: float, lead: float) -> float:
+def _held(state: Any, limits: Any, feedback: Any, i: int, off: float, lead: float, hold: float) -> float:
     """v_r + c a_r + k_q e + k_q^2/8 int e, within the limit: a load unknown to a servo makes it slip.
 
     The integral part is never more than brings v to the limit, so that it does not wind up.
     """
     top = limits.v_max[i]
-    asked = state.v_command[i] + lead + feedback.hold * off
-    wound = feedback.wound[i] + 0.125 * feedback.hold * feedback.hold * state.dt * off
+    asked = state.v_command[i] + lead + hold * off
+    wound = feedback.wound[i] + 0.125 * hold * hold * state.dt * off
     feedback.wound[i] = min(max(wound, min(-top - asked, 0.0)), max(top - asked, 0.0))
     return min(max(asked + feedback.wound[i], -top), top)
 
@@ -269,7 +269,7 @@ def _speed(K: Any, i: int) -> float:
     if feedback.bad[i]:
         return _faded(state, limits, i, feedback.bent[i])
     off = past.q[slot(feedback, feedback.latency), i] - feedback.q_hat[i]
-    return _held(state, limits, feedback, i, off, ahead(K, i))
+    return _held(state, limits, feedback, i, off, ahead(K, i), held_by(K, i))
 
 
 @part_jit

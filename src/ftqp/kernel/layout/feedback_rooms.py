@@ -175,6 +175,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     r spread S z z_old  f8[N]  the residual, noise and what is missed, its variance, r/sqrt(S), the last one
     S_sharp z_sharp z_sharp_old  f8[N]  the same with ``sharp``: what a lock is judged by
     G G_lock G_free anchor  f8[N]  evidence that a joint does not follow, stands, has no motor; since where
+    asked  f8[N]  what it had been sent, lag aside, when it last moved
     rests blind  i8[N]  it has not moved lately; ticks until its samples count again
     found found_at  i8[N]  what was found, a set of kinds, and the tick
     began  i8[N]  the tick at which the evidence was last zero, until something is found

@@ -16,7 +16,15 @@ from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import GEAR, LEAST_SHIFT, MOST_SHIFT
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import creep_of, direction, may_stick, noise_of, variance
+from ftqp.kernel.monitor.servos import (
+    DROOP,
+    creep_of,
+    direction,
+    is_strained,
+    may_stick,
+    noise_of,
+    variance,
+)
 
 HIDES = 0.2
 """A fault may be learned as a droop for so long [s], as servos take to stop, before evidence rises."""
@@ -36,11 +44,36 @@ def _gain(kappa: float, z: float, z_old: float) -> float:
 
 
 @jit
+def forget_evidence(K: Any, all_joints: bool = True) -> None:
+    """Nothing is supposed of any joint, or of none that moves."""
+    M = K.monitor
+    for i in range(K.chain.n):
+        if M.rests[i] and not all_joints:
+            continue
+        M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
+        M.anchor[i] = M.means[0, i]
+
+
+@jit
+def _of_a_lock(K: Any, i: int) -> float:
+    """z of joint i as far as a lock explains it: by what it was sent since it stands, and what it taught."""
+    M, z, theta, before = K.monitor, K.monitor.z_sharp[i], K.monitor.theta[i], K.monitor.safe[1, i]
+    if K.feedback.kind == TORQUE_DRIVE:
+        return float(z)
+    if M.rests[i] == 0:
+        M.asked[i] = M.u_f[2, i] - max(theta[0], 0.0) * M.D * (M.u_f[1, i] - M.u_f[2, i])
+    taught = theta[DROOP] - before[DROOP] + (theta[DROOP + 1] - before[DROOP + 1]) * M.weight[i]
+    most: float = (abs(M.u_f[2, i] - M.asked[i]) + abs(taught)) / sqrt(M.S_sharp[i])
+    return min(max(z, -most), most)
+
+
+@jit
 def weigh(K: Any, i: int, counts: bool) -> None:
     """The sums of joint i after a look; where it does not count only what contradicts does."""
     M, theta, P, z = K.monitor, K.monitor.theta[i], K.monitor.P[i], K.monitor.z[i]
     gain = _gain(M.kappa, z, M.z_old[i]) if counts else 0.0
-    sharp = _gain(M.kappa, M.z_sharp[i], M.z_sharp_old[i]) if counts else 0.0
+    z_lock = _of_a_lock(K, i)
+    sharp = _gain(M.kappa, z_lock, M.z_sharp_old[i]) if counts else 0.0
     _sum(M.G, i, gain, M.top)
     if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
         if M.found[i] == 0:
@@ -66,7 +99,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     doubt = M.spread[i] + unsure * unsure + variance(P, M.phi, 1)
     clear = gain if M.r[i] * M.r[i] > 9.0 * doubt and not may_stick(K, i) else min(gain, 0.0)
     _sum(M.G_free, i, clear - 0.5 * M.kappa * torque * torque / doubt, M.top)
-    M.z_old[i], M.z_sharp_old[i] = z, M.z_sharp[i]
+    M.z_old[i], M.z_sharp_old[i] = z, z_lock
 
 
 @jit
@@ -77,18 +110,7 @@ def blur_of(K: Any, i: int) -> float:
 
 @jit
 def stands(K: Any, i: int) -> bool:
-    """Whether joint i has not moved over the last three looks, noise aside."""
+    """Whether joint i has not moved over the last three looks, noise aside, or is moved by its load."""
     M = K.monitor
     room: float = 4.0 * sqrt(2.0 * noise_of(K, i) / M.every) + GEAR
-    return bool(abs(M.means[0, i] - M.means[3, i]) < room)
-
-
-@jit
-def forget_evidence(K: Any, all_joints: bool = True) -> None:
-    """Nothing is supposed of any joint, or of none that moves."""
-    M = K.monitor
-    for i in range(K.chain.n):
-        if M.rests[i] and not all_joints:
-            continue
-        M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
-        M.anchor[i] = M.means[0, i]
+    return bool(abs(M.means[0, i] - M.means[3, i]) < room or is_strained(K, i))

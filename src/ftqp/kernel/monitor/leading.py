@@ -176,6 +176,14 @@ def ahead(K: Any, i: int) -> float:
 
 
 @jit
+def held_by(K: Any, i: int) -> float:
+    """Bandwidth of the loop around joint i of an arm that takes velocities: half its rotor's, at most."""
+    M, most = K.monitor, K.feedback.hold
+    rotor = max(certain(M.used[i, 1], M.P[i, 1, 1]), 0.0) if M.sees else 0.0
+    return float(1.0 / max(1.0 / most, 2.0 * sqrt(rotor)))
+
+
+@jit
 def _push_by_speed(K: Any, i: int) -> None:
     """The same of an arm that takes velocities: there and back, slowly, lest it leaps when a brake opens."""
     M, last, way = K.monitor, K.gate.speed[i], K.limits.a_max[i] * K.state.dt

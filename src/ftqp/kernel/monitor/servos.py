@@ -63,6 +63,9 @@ much, what a lock is judged by falls so many times as fast."""
 SETTLES, LAGS_TO_SETTLE = 0.1, 4.0
 """A joint that was let go is not judged, nor is its motor believed off where the arm was switched on, for
 so long [s] and so many times what it may lag: it goes where its load draws it."""
+STRAINED = 0.9
+"""A motor of which the arm's weight takes so much may be at its limit, as friction and the model's errors are
+the rest: what its servo is asked for beyond that shows nothing."""
 BEGINS = 8.0
 """An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
 LATELY = 0.25
@@ -111,6 +114,18 @@ def as_before(M: Any, i: int) -> None:
 
 
 @jit
+def is_strained(K: Any, i: int) -> bool:
+    """Whether the servo of joint i may be at its torque limit, so that its row does not hold.
+
+    By its weight, and by the acceleration that was asked for: how a brake stops it is no servo's doing.
+    """
+    M = K.monitor
+    asked = min(1.0, M.peak_a[i] / max(abs(M.a[i]), 1e-9))
+    strained = abs(M.weight[i] + asked * M.inertia[i]) > STRAINED * K.limits.tau_max[i] * M.unit[i]
+    return bool(strained and K.feedback.kind != TORQUE_DRIVE)
+
+
+@jit
 def ticks_to_settle(K: Any, i: int) -> int:
     """For how many ticks joint i is not judged once its servo begins."""
     if K.feedback.kind == TORQUE_DRIVE:
@@ -137,7 +152,7 @@ def begin_filters(K: Any) -> None:
             u = 0.0
         M.speed[i] = K.gate.speed[i]
         M.y[i] = M.anchor[i] = M.place[i] = y
-        M.u[i] = u
+        M.u[i] = M.asked[i] = u
         M.total[i] = y * ((M.every - i % M.every) % M.every)  # samples that its first mean lacks
         M.act[i] = M.weight[i] = M.inertia[i] = M.own[i] = M.r[i] = M.S[i] = 0.0
         M.rests[i], M.blind[i] = 0, begins

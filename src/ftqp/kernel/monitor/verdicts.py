@@ -39,11 +39,15 @@ back, at most for so much, so that it shows when it is held no more, ..."""
 WENT, SIGMAS = 0.5, 6.0
 """... by going this share of it, and so many standard deviations, ..."""
 SUSPECTED = 0.2
-"""A joint of a held arm was to move if so much of what decides spoke for it."""
+"""A joint of a held arm was to move, one that moves is pushed, if so much of what decides spoke for it."""
 OVERSPEED = 0.2
 """A joint faster than its limit by more than this share runs away; the single samples say so."""
 AT_REST = 0.05
 """... and is slower than this [rad/s or m/s] there, as it went where it was asked to and no farther."""
+MISTAKEN = 0.5
+"""A joint without a motor is moved by its weight and by the others: the model may be wrong by this share."""
+PUSHES = 1.0
+"""What pushes an arm for longer [s] is a load, and is learned."""
 
 
 @jit
@@ -107,9 +111,8 @@ def _is_locked(K: Any, i: int) -> bool:
 
 @jit
 def _is_driven(K: Any, i: int) -> bool:
-    """Whether joint i, which takes torques, speeds up towards where it is sent: what pushes it does not."""
-    off = K.state.q_command[i] - K.monitor.means[0, i]
-    return bool(K.feedback.kind == TORQUE_DRIVE and K.monitor.a[i] * off > 0.0)
+    """Whether joint i speeds up towards where it is sent: what pushes it does not."""
+    return bool(K.monitor.a[i] * (K.state.q_command[i] - K.monitor.means[0, i]) > 0.0)
 
 
 @jit
@@ -125,6 +128,16 @@ def _has_no_motor(K: Any, i: int) -> bool:
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
             return False
     return True
+
+
+@jit
+def _is_pushed_away(K: Any, i: int) -> bool:
+    """Whether joint i leaves its command where neither its weight nor the others lead it: a push does."""
+    M, v = K.monitor, K.monitor.v[i]
+    if K.feedback.kind == TORQUE_DRIVE or M.G_free[i] <= SUSPECTED * M.level:
+        return False
+    takes, most = M.weight[i] + M.inertia[i], abs(M.weight[i]) + abs(M.inertia[i])
+    return bool(M.rests[i] == 0 and M.r[i] * v < 0.0 and takes * v > MISTAKEN * most * abs(v))
 
 
 @jit
@@ -189,6 +202,15 @@ def _free(K: Any, i: int) -> None:
     _name(K, i, IS_FREE)
 
 
+@rare_jit
+def _let_be_pushed(K: Any, i: int) -> None:
+    """No motor is off, and nobody is judged until the arm has come to rest from it."""
+    K.monitor.settles = max(K.monitor.settles, int(PUSHES / K.state.dt))
+    for j in range(K.chain.n):
+        K.monitor.blind[j] = max(K.monitor.blind[j], ticks_to_settle(K, j))
+    forget_evidence(K)
+
+
 @jit
 def follows_again(K: Any, i: int) -> bool:
     """Whether a joint that was found to be locked has gone where it was asked to."""
@@ -245,6 +267,7 @@ TABLE: Any = (
     (_has_no_sensor, _lose_sensor),
     (_runs_away, _run_away),
     (_is_locked, _lock),
+    (_is_pushed_away, _let_be_pushed),
     (_has_no_motor, _free),
 )
 """What is believed of a joint, and what follows from it, the first that is so."""

@@ -4,7 +4,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TORQUE_DRIVE
-from ftqp.kernel.layout.thresholds import BESIDE
+from ftqp.kernel.layout.thresholds import BESIDE, LEAST_SHIFT
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
@@ -13,6 +13,7 @@ from ftqp.kernel.monitor.servos import (
     BEGINS,
     SLOW,
     begin_filters,
+    is_strained,
     learn_servo,
     motion_terms,
     observe_joint,
@@ -35,6 +36,8 @@ def _look(K: Any, i: int, known: bool) -> None:
     M = K.monitor
     observe_joint(K, i)
     residual(K, i)
+    if is_strained(K, i):
+        M.blind[i] = ticks_to_settle(K, i)
     counts = works(K, i) and K.held.on == 0 and M.blind[i] == 0 and K.feedback.thrown == 0.0
     by_torque = K.feedback.kind == TORQUE_DRIVE
     if by_torque and not known:  # an unreported load is estimated first
@@ -110,7 +113,7 @@ def watch_servos(K: Any, first: bool, then: int, known: bool) -> None:
             M.blind[i] = int(min(max(FORGETS * constant, float(K.feedback.age[i])), BEGINS * constant)) + 1
         elif K.held.on:  # once it is let go its servo has to come to rest
             M.blind[i] = ticks_to_settle(K, i)
-        elif M.blind[i] > 0:
+        elif M.blind[i] > 0 and (M.settles == 0 or abs(M.z[i]) < LEAST_SHIFT):  # else it is pushed still
             M.blind[i] -= 1
     M.count = M.count + 1 if M.count + 1 < M.every else 0
     if M.count == 0 and K.chain.has_inertia:
