@@ -104,7 +104,9 @@ def _count_held(K: Any) -> None:
     if K.watch.latched or history.held < LONGEST:
         history.held += dt
     spacing = (feedback.stride << history.halved) * dt
-    if feedback.stored >= HISTORY - 1 and feedback.late > (HISTORY - 3) * spacing:  # an odd number keeps its ends
+    if (
+        feedback.stored >= HISTORY - 1 and feedback.late > (HISTORY - 3) * spacing
+    ):  # an odd number keeps its ends
         _halve(feedback, history)
 
 
