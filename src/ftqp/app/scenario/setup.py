@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path as File
+from re import sub
 from typing import Any, TypeVar
 
 import numpy as np
@@ -46,6 +47,12 @@ SOURCES = {
 """Keys of ``[robot]`` that fit each kind of source ..."""
 WITH_ANY = ("acceleration", "limits", "payload", "tool", "viscous", "coulomb", "rotors", "capsules")
 """... and those that fit every one."""
+
+IN_A_SCENARIO = (
+    r"robot\.with_limits\((\w+)=\.\.\.\)",
+    r"--set robot.limits.\1=..., or limits = { \1 = ... } of [robot]",
+)
+"""How a remedy of Python is spelled where a scenario says what the arm is."""
 
 
 def arm_from(table: RobotTable, folder: File) -> Robot:
@@ -317,10 +324,9 @@ class _Errors:
         """What is made, or None where that is an error, which is noted as one of ``place``."""
         try:
             return make()
-        except ModelError as error:
-            self.found += [f"{place}: {finding}" for finding in error.findings or (str(error),)]
-        except (InputError, MissingPackage) as error:
-            self.found.append(f"{place}: {error}")
+        except (InputError, ModelError, MissingPackage) as error:
+            told = (isinstance(error, ModelError) and error.findings) or (str(error),)
+            self.found += [f"{place}: {sub(*IN_A_SCENARIO, one)}" for one in told]
         return None
 
 
