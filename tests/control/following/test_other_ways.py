@@ -58,7 +58,9 @@ def test_goal_outside_the_workspace_says_how_much_was_looked_at(away, said):
     goto = ftqp.GoTo(planner_at(PANDA.neutral), pose=goal)
     goto.step(PANDA.neutral)
     assert goto.note.endswith(said) == (away == 2.0)
-    go(goto, PANDA.neutral, longest=30.0)
+    notes = set()
+    go(goto, PANDA.neutral, longest=30.0, each=lambda k: notes.add(goto.note))
+    assert sum("is looked for" in note for note in notes) == (away == 0.5)
     assert goto.status is STATUS.UNREACHABLE
     assert goto.sentence.endswith(said)
 

@@ -41,9 +41,6 @@ SETTLED = 0.1
 MAX_WAYS = 4
 """So many other ways are gone before the arm stays where it is."""
 
-THOUSAND = 1000
-"""Looks are counted in steps of so many, so that the sentence does not change in every tick. A convention."""
-
 
 @final
 class GoTo:
@@ -321,9 +318,8 @@ class GoTo:
         joints, leads_joints = self._joints, self._leg is self._joints
         goes_straight, thinks = leads_joints and joints.goes_straight, leads_joints and joints.is_searching
         if self._status is GoToStatus.MOVING and thinks and not goes_straight:
-            looks = joints.looks // THOUSAND * THOUSAND
             cannot = "is not free" if self._to_posture else "cannot be gone"
-            return f"the straight way {cannot}, and another one is looked for: {looks} looks so far"
+            return f"the straight way {cannot}, and another one is looked for"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
         if leads_joints and joints.searched is not None and joints.only_nears:
