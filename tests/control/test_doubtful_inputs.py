@@ -176,3 +176,13 @@ def test_starts_of_a_batch_are_named_as_they_were_given():
         ftqp.InputError, match=r"q has shape \(6,\), expected \(B, nv\) = \(B, 7\), or \(nv,\)"
     ):
         ftqp.batch.rollout(planner, PANDA.neutral[:6], targets=targets)
+
+
+def test_what_a_console_shows_of_a_planner_s_answers_is_a_line():
+    planner = ftqp.Planner(PANDA, drive=ftqp.Drive(takes_velocity=False))
+    first = ftqp.connect(planner, PANDA.neutral)
+    planner.reset(PANDA.neutral)
+    for shown in (first, ftqp.ComputedTorque(PANDA), *planner.ways_out(), *planner.options()):
+        text = repr(shown)
+        assert text.startswith(f"{type(shown).__name__}(") and len(text) < 400
+        assert "\n" not in text and " at 0x" not in text and "array" not in text
