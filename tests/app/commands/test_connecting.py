@@ -122,6 +122,14 @@ def test_a_drive_that_is_stated_wrongly_is_said(scenario: Path) -> None:
     assert "send step.v, too, or say ftqp.Drive(takes_velocity=False)" in " ".join(result.output.split())
 
 
+def test_a_plant_whose_servos_take_other_than_the_drive_says_is_noted(scenario: Path) -> None:
+    assert "not that of the plant" not in invoke("check", scenario).output
+    for command in ("check", "connect"):
+        result = invoke(command, scenario, "--set", "simulation.servo.takes_velocity=true")
+        words = " ".join(result.output.split())
+        assert result.exit_code == 0 and "takes_velocity is False, and that of simulation.servo True" in words
+
+
 def test_a_failure_at_the_first_ends_it_and_nothing_is_written(scenario: Path, tmp_path: Path) -> None:
     scenario.write_text(SERVO + BRAKE, encoding="utf-8")
     file = tmp_path / "arm.json"

@@ -73,6 +73,8 @@ def connect(
         return ExitCode.STOPPED
     if stated and first.learned is None:
         say(IDEAL)
+    for note in setup.notes:
+        say(f"note: {note}")
     if not stated:
         say("note: a servo of 15 Hz without masses stood for the arm; a scenario says what is true of yours")
     if output is not None:

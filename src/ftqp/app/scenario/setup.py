@@ -230,6 +230,18 @@ class Setup:
         """The scenario as a TOML file in which no default is left out."""
         return document.toml(self.content)
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is doubtful of the scenario, in sentences."""
+        takes, drive = self.tables.simulation.takes_velocity, self.planner.drive
+        if takes is None or drive.kind != "position" or takes == drive.takes_velocity:
+            return ()
+        where = f"simulation.{self.tables.simulation.plant}"
+        return (
+            f"planner.drive.takes_velocity is {drive.takes_velocity}, and that of {where} {takes}: the drive "
+            "is not that of the plant; give both the same, or leave it so as a test",
+        )
+
     def refuse_tables(self, command: str, *keys: str) -> None:
         """Refuse what a command would leave out of sight."""
         for key in keys:
