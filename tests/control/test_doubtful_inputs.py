@@ -47,15 +47,6 @@ def test_a_target_in_millimetres_is_one_warning(caplog, leader):
     assert len(said(caplog, "millimetres")) == 1
 
 
-def test_a_goal_in_millimetres_is_a_warning(caplog):
-    planner = ftqp.Planner(PANDA)
-    planner.reset(PANDA.neutral)
-    ftqp.GoTo(planner, pose=moved(0.1))
-    assert not said(caplog, "millimetres")
-    ftqp.GoTo(planner, pose=in_millimetres())
-    assert len(said(caplog, "millimetres")) == 1
-
-
 @pytest.mark.parametrize("led", [True, False])
 def test_a_path_that_starts_354_mm_away_is_one_warning(caplog, led):
     path = ftqp.paths.Circle(moved(-0.25, 0.25), radius=0.05, duration=4.0)
