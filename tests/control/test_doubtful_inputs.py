@@ -47,15 +47,6 @@ def test_a_target_in_millimetres_is_one_warning(caplog, leader):
     assert len(said(caplog, "millimetres")) == 1
 
 
-def test_a_goal_in_millimetres_is_a_warning(caplog):
-    planner = ftqp.Planner(PANDA)
-    planner.reset(PANDA.neutral)
-    ftqp.GoTo(planner, pose=moved(0.1))
-    assert not said(caplog, "millimetres")
-    ftqp.GoTo(planner, pose=in_millimetres())
-    assert len(said(caplog, "millimetres")) == 1
-
-
 @pytest.mark.parametrize("led", [True, False])
 def test_a_path_that_starts_354_mm_away_is_one_warning(caplog, led):
     path = ftqp.paths.Circle(moved(-0.25, 0.25), radius=0.05, duration=4.0)
@@ -176,3 +167,13 @@ def test_starts_of_a_batch_are_named_as_they_were_given():
         ftqp.InputError, match=r"q has shape \(6,\), expected \(B, nv\) = \(B, 7\), or \(nv,\)"
     ):
         ftqp.batch.rollout(planner, PANDA.neutral[:6], targets=targets)
+
+
+def test_what_a_console_shows_of_a_planner_s_answers_is_a_line():
+    planner = ftqp.Planner(PANDA, drive=ftqp.Drive(takes_velocity=False))
+    first = ftqp.connect(planner, PANDA.neutral)
+    planner.reset(PANDA.neutral)
+    for shown in (first, ftqp.ComputedTorque(PANDA), *planner.ways_out(), *planner.options()):
+        text = repr(shown)
+        assert text.startswith(f"{type(shown).__name__}(") and len(text) < 400
+        assert "\n" not in text and " at 0x" not in text and "array" not in text

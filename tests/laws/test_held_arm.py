@@ -260,6 +260,50 @@ def test_stop_of_a_held_arm_is_resumed():
     assert step.status is StepStatus.OK and step.position_error < 1e-3 and fastest < 1.1
 
 
+@pytest.mark.parametrize(
+    ("drive", "mode"),
+    [("position", "slack"), ("position", "hard"), ("velocity", "scaled"), ("torque", "lexicographic")],
+)
+def test_stopped_arm_goes_on_along_the_path_of_the_clock_and_does_not_race(drive, mode):
+    planner = ftqp.Planner(PANDA, DT, drive=drive, task=ftqp.Task(mode=mode))
+    q = PANDA.neutral.copy()
+    planner.reset(q)
+    s = ftqp.paths.Circle(PANDA.pose(q), radius=0.1, duration=3.0).sample(DT * np.arange(3001))
+    targets, tips, far = ftqp.Targets(s.pose, s.twist, s.acceleration), [], 0.0
+    for k in range(8000):
+        if k == 1000:
+            planner.stop()
+        if k == 2000:
+            assert planner.resume()
+        step = planner.step(q, None, targets.at(min(k, 3000)))
+        q = step.q.copy()
+        tips.append(PANDA.pose(q)[:3, 3])
+    far = max(np.linalg.norm(s.pose[:, :3, 3] - p, axis=1).min() for p in tips[::20])
+    speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / DT
+    assert speeds[2000:].max() < 1.3 * np.linalg.norm(s.twist[:, :3], axis=1).max()  # 3.5 times, when chased
+    assert far < 0.01 and step.status is StepStatus.OK and step.position_error < 1e-3
+
+
+def test_goal_that_is_given_to_a_stopped_arm_is_gone_to_at_once_and_makes_nothing_late():
+    planner = started(PANDA)
+    q = PANDA.neutral.copy()
+    path = ftqp.paths.Line(PANDA.pose(q), [0.1, 0.0, 0.0], duration=2.0)
+    s = path.sample(DT * np.arange(2001))
+    targets, errors = ftqp.Targets(s.pose, s.twist, s.acceleration), []
+    for k in range(6000):
+        if k == 1000:
+            planner.stop()
+        if k == 2500:
+            assert planner.resume()
+        # another goal comes while the arm stands, and the path from its begin once the arm is there
+        target = targets.at(k if k < 2000 else 0 if k < 4000 else k - 4000)
+        step = planner.step(q, None, target)
+        q = step.q.copy()
+        errors.append(step.position_error)
+    assert all(np.diff(errors[2510:3500]) < 1e-6)
+    assert max(errors[4000:]) < 1e-3
+
+
 def test_locked_joint_is_no_held_arm():
     robot, arm = PANDA, Arm(PANDA)
     planner = started(robot)

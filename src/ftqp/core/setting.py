@@ -194,6 +194,8 @@ def refuse_out_of_range(made: Any, whose: str = "", *, every: bool = False) -> N
         value, says = getattr(made, name), key.says
         if value is None and (key.default is None or type(None) in get_args(key.hint)):
             continue
+        if key.hint is bool and not isinstance(value, bool | np.bool_):
+            raise InputError(f"{name}{whose} is {value!r:.60}, expected True or False")
         if says.choices and value not in says.choices:
             raise InputError(
                 f"{name}{whose} is {value!r:.80}{nearest(str(value), says.choices)}, expected one of "

@@ -71,6 +71,29 @@ def test_an_arm_without_a_scenario_is_connected_and_its_file_is_a_planner_s_prio
     assert isinstance(planner.drive.known, ftqp.LearnedServos)
 
 
+ARM = """<mujoco><worldbody><body>
+<joint name="a" axis="0 0 1" limited="true" range="-2 2"/><geom size="0.1" mass="1"/>
+<body name="hand" pos="0.4 0 0">
+<joint name="b" axis="0 1 0" limited="true" range="-2 2"/><geom size="0.1"/></body>
+</body></worldbody></mujoco>"""
+
+
+def test_an_mjcf_with_set_and_a_scenario_without_a_path_are_connected(
+    tmp_path: Path,
+) -> None:
+    model, toml = tmp_path / "arm.xml", tmp_path / "arm.toml"
+    model.write_text(ARM, encoding="utf-8")
+    result = asked(model, "--tip", "hand")
+    assert result.exit_code == 2
+    assert "braking needs one: --set robot.limits.v_max=..., or limits =" in " ".join(result.output.split())
+    given = ("--tip", "hand", "--set", "robot.limits.v_max=2.0", "--set", "planner.dt=0.004", "--json")
+    toml.write_text('[robot]\nmjcf = "arm.xml"\ntip = "hand"\nlimits = { v_max = 2.0 }\n', encoding="utf-8")
+    for result in (asked(model, *given), asked(toml, "--json")):
+        assert result.exit_code == 0, result.output
+        lags: Any = [joint["lag"] for joint in json.loads(result.stdout)["joints"].values()]
+        assert len(lags) == 2 and all(abs(lag - 2.0 / BANDWIDTH) < 3.0 * error < 0.1 for lag, error in lags)
+
+
 @pytest.mark.long
 def test_two_arms_on_one_base_are_connected_and_take_the_time_that_their_joints_need() -> None:
     result = asked("dual_panda", "--json")
@@ -97,6 +120,14 @@ def test_a_drive_that_is_stated_wrongly_is_said(scenario: Path) -> None:
     assert "a bandwidth of 500 rad/s" in " ".join(result.output.split())
     result = asked(scenario, "--set", "planner.drive.takes_velocity=true")
     assert "send step.v, too, or say ftqp.Drive(takes_velocity=False)" in " ".join(result.output.split())
+
+
+def test_a_plant_whose_servos_take_other_than_the_drive_says_is_noted(scenario: Path) -> None:
+    assert "not that of the plant" not in invoke("check", scenario).output
+    for command in ("check", "connect"):
+        result = invoke(command, scenario, "--set", "simulation.servo.takes_velocity=true")
+        words = " ".join(result.output.split())
+        assert result.exit_code == 0 and "takes_velocity is False, and that of simulation.servo True" in words
 
 
 def test_a_failure_at_the_first_ends_it_and_nothing_is_written(scenario: Path, tmp_path: Path) -> None:
@@ -135,7 +166,7 @@ def test_joints_that_hardly_moved_or_moved_too_slowly_are_said_together(tmp_path
         (("pandas",), "'pandas'"),
         (("planar6", "-o", "none/arm.json"), "is no folder; make it first"),
         (("planar6", "--seconds", "1"), "seconds is 1, expected at least"),
-        (("planar6", "--set", "a=1"), "is a robot, no scenario"),
+        (("planar6", "--set", "a=1"), "a is not a key of a scenario"),
         (("panda-circle", "--set", "planner.drive=velocity"), "drive is 'velocity', expected 'position'"),
     ],
 )

@@ -60,6 +60,7 @@ def test_the_position_loop_of_a_velocity_arm_has_its_margin(latency, hertz):
         ({"kind": "velocity", "lead": 0.1}, "lead is for drive 'position', but the drive is 'velocity'"),
         ({"stiffness": 10.0}, "stiffness is for drive 'torque', but the drive is 'position'"),
         ({"kind": "torque", "takes_velocity": False}, "takes_velocity=False is for drive 'position'"),
+        ({"takes_velocity": "no"}, "takes_velocity of the drive is 'no', expected True or False"),
     ],
 )
 def test_a_wrong_drive_is_one_sentence(given, sentence):

@@ -101,6 +101,18 @@ def gravity_share(planner, steps):
     return np.max(held), max(float((np.abs(step.tau) / limit).max()) for step in steps)
 
 
+def test_step_of_a_motion_of_the_joints_says_what_holds_it_back():
+    goto, said = ftqp.GoTo(planner_at(HOME), q=AWAY), []
+    q = HOME
+    for k in range(600):
+        if k == 40:
+            goto.planner.report(ftqp.Degraded("panda_joint2", torque=0.3))
+        step = goto.step(q)
+        q = step.q.copy()
+        said += [str(step.certificate)] * (step.status is ftqp.StepStatus.RELAXED)
+    assert any(one.startswith("the motion of the joints is held back by panda_joint2 at") for one in said)
+
+
 STRETCHED = np.array([0.0, 1.47, 0.0, -0.2, 0.0, 1.6, 0.8])
 
 

@@ -45,13 +45,31 @@ def test_same_ticks_give_the_same_way():
     assert np.array_equal(*ways)
 
 
-def test_goal_outside_the_workspace_says_how_much_was_looked_at():
+@pytest.mark.parametrize(
+    ("away", "said"),
+    [
+        (0.5, "no posture was found in 600 starts"),
+        (2.0, "the pose is 2.31 m from panda_joint1, and the arm is 1.09 m long, stretched"),
+    ],
+)
+def test_goal_outside_the_workspace_says_how_much_was_looked_at(away, said):
     goal = PANDA.pose(PANDA.neutral)
-    goal[:3, 3] += [2.0, 0.0, 0.0]
+    goal[:3, 3] += [away, 0.0, 0.0]
     goto = ftqp.GoTo(planner_at(PANDA.neutral), pose=goal)
-    go(goto, PANDA.neutral, longest=30.0)
+    goto.step(PANDA.neutral)
+    assert goto.note.endswith(said) == (away == 2.0)
+    notes = set()
+    go(goto, PANDA.neutral, longest=30.0, each=lambda k: notes.add(goto.note))
+    assert sum("is looked for" in note for note in notes) == (away == 0.5)
     assert goto.status is STATUS.UNREACHABLE
-    assert goto.sentence.endswith("no posture was found in 600 starts")
+    assert goto.sentence.endswith(said)
+
+
+def test_goal_twenty_arms_away_is_refused_before_anything_moves():
+    goal = PANDA.pose(PANDA.neutral)
+    goal[:3, 3] *= 1000.0
+    with pytest.raises(ftqp.InputError, match=r"the pose is .* m from the base .* looks like millimetres"):
+        ftqp.GoTo(planner_at(PANDA.neutral), pose=goal)
 
 
 def test_all_joints_locked_is_unreachable_and_stands():

@@ -101,10 +101,12 @@ def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(
 
 
 @pytest.mark.long
-def test_a_joint_that_is_withdrawn_is_looked_at_again() -> None:
+def test_a_joint_that_is_withdrawn_is_looked_at_again(caplog: pytest.LogCaptureFixture) -> None:
     planner = planner_of()
-    drive(planner, 2.0, truth=lock(4, 1.7))
+    with caplog.at_level(logging.WARNING, "ftqp"):
+        drive(planner, 2.0, truth=lock(4, 1.7))
     assert planner.findings
+    assert "a joint that locks; if it works, planner.withdraw('panda_joint5') takes" in caplog.messages[-1]
     planner.withdraw("panda_joint5")
     assert planner.findings == () and planner.faults == {}
 

@@ -95,6 +95,8 @@ def run(
     setup = load(
         scenario, overrides or (), backend=backend, scheme=scheme, record=record is not None, plan=plan
     )
+    for note in setup.notes:
+        say(f"note: {note}")
     result = runs.run(setup, folder, record, drawn=not no_figures)
     answer(result.summary, as_json, words.report(result.summary))
     return result.exit_code
@@ -193,8 +195,8 @@ def check(
         tell_json(facts)
     else:
         tell_text(setup.toml)
-    for finding in setup.robot.findings:
-        say(f"note: {setup.robot.name}: {finding}")
+    for note in (*(f"{setup.robot.name}: {finding}" for finding in setup.robot.findings), *setup.notes):
+        say(f"note: {note}")
     end = setup.path.duration if setup.duration is None else setup.duration
     for event in setup.schedule.events:
         if event.at > end:

@@ -5,10 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ftqp.app.commands.inspection import MODELS, arm_of, is_arm, kind_of
 from ftqp.app.output.console import ExitCode, Shown, Table, answer, progress, say
 from ftqp.core.errors import InputError
 
 if TYPE_CHECKING:
+    from ftqp.app.scenario.setup import Setup
     from ftqp.control.following.connection import Connection
     from ftqp.control.planner.planner import Planner
     from ftqp.sim.plants.plant import Plant
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from ftqp.sim.sensors.joint_sensors import JointSensors
 
 DT = 0.002
-"""Sampling period of an arm of which no scenario says it [s]."""
+"""Sampling period of an arm of which nothing says it [s]."""
 NOTICED = (
     "A joint that is off by so much more than its servo explains is noticed within 0.1 s, and one that locks "
     "so long after it should have moved, if that was with 0.1 rad/s or m/s. Nothing shows of one that rests."
@@ -42,33 +44,20 @@ def connect(
     Your own arm makes it in your loop: ftqp.connect(planner, q), docs/connect-your-robot.md.
 
     Options:
-        source SCENARIO|ROBOT|FILE: A scenario, a robot, or its URDF or MJCF.
+        source SCENARIO|ROBOT|FILE: A scenario, whose [path] may be missing; a robot; its URDF or MJCF.
         tip --tip FRAME: The end effector of a model; its only end if left out.
         seconds --seconds T: About how long the motion takes; 10 s, or more for many joints.
         output -o --output FILE: A file of the estimates, for drive.known.
     """
-    from ftqp.app.commands.inspection import arm_of
-    from ftqp.control.drive.joint_drive import Drive
     from ftqp.control.following.connection import Connection
-    from ftqp.control.planner.planner import Planner
-    from ftqp.sim.plants.joint_servo import BANDWIDTH
-    from ftqp.sim.plants.servo_plant import ServoPlant
-    from ftqp.sim.schedule import Schedule
 
     if output is not None and not output.absolute().parent.is_dir():
         raise InputError(f"-o is {output}, but {output.absolute().parent} is no folder; make it first")
-    robot, setup = arm_of(source, tip, overrides or ())
-    if setup is None:
-        planner = Planner(robot, DT, drive=Drive(takes_velocity=False))
-        plant: Plant = ServoPlant(
-            robot, DT, drive="position", takes_velocity=False, time_constant=2.0 / BANDWIDTH
-        )
-        start, sensors, schedule = robot.neutral, None, Schedule()
-    elif setup.world is not None:
+    setup = _setup(source, tip, overrides or [])
+    if setup.world is not None:
         raise InputError(f"the base of {setup.name} moves, expected one that stands; leave out [base]")
-    else:
-        planner, plant, sensors = setup.planner, setup.plant, setup.sensors
-        start, schedule = setup.q, setup.schedule
+    robot, planner, plant, sensors = setup.robot, setup.planner, setup.plant, setup.sensors
+    start, schedule, stated = setup.q, setup.schedule, not is_arm(source) or bool(overrides)
     plant.reset(start, np.zeros(robot.nv))
     first = Connection(planner, start, seconds=seconds)
     with progress("first motion", 1.0) as advance:
@@ -79,16 +68,52 @@ def connect(
     answer(facts, as_json, _shown(first))
     if first.fault is not None:
         say(f"ended early: {first.fault}" + ("" if output is None else f"; {output} is not written"))
-        if setup is not None and schedule.failing(planner.dt):
+        if schedule.failing(planner.dt):
             say("note: joints fail in this scenario; --set faults=[] leaves that out")
         return ExitCode.STOPPED
-    if setup is not None and first.learned is None:
+    if stated and first.learned is None:
         say(IDEAL)
-    if setup is None:
+    for note in setup.notes:
+        say(f"note: {note}")
+    if not stated:
         say("note: a servo of 15 Hz without masses stood for the arm; a scenario says what is true of yours")
     if output is not None:
         say(f"{output}: estimates; a planner begins with them by drive.known")
     return ExitCode.DONE
+
+
+def _setup(source: str, tip: str | None, overrides: list[str]) -> "Setup":
+    """The run of a scenario; an arm alone, or a scenario without a path, is one with what is usual."""
+    from ftqp.app.scenario import document
+    from ftqp.app.scenario.setup import resolve, validated
+
+    if is_arm(source):
+        robot, _ = arm_of(source, tip)  # which says what is wrong with a model
+        file = Path(source)
+        given: dict[str, Any] = {"name": source}
+        if file.suffix.lower() in MODELS:
+            given = {kind_of(file): str(file.absolute()), "tips": list(robot.tips)}
+        found = document.Document(name=robot.name, origin=source, folder=Path.cwd(), content={"robot": given})
+    else:
+        if tip is not None or not Path(source).is_file():
+            arm_of(source, tip)  # which says so
+        found = document.read(source)
+    if "path" not in found.content:
+        found.content.update({**_usual(), **found.content})
+    document.overridden(found, overrides)
+    return resolve(found, validated(found))
+
+
+def _usual() -> dict[str, Any]:
+    """What stands for an arm in simulation where nothing else is said."""
+    from ftqp.sim.plants.joint_servo import BANDWIDTH
+
+    servo = {"takes_velocity": False, "time_constant": 2.0 / BANDWIDTH}
+    return {
+        "planner": {"dt": DT, "drive": {"kind": "position", "takes_velocity": False}},
+        "path": {"kind": "line", "displacement": [0.001, 0.0, 0.0], "duration": 1.0, "beyond_reach": True},
+        "simulation": {"plant": "servo", "servo": servo},
+    }
 
 
 def _move(

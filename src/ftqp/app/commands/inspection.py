@@ -61,8 +61,7 @@ def robot_of(source: str, tips: list[str], locked: list[str], *, holds: bool = F
                 f"{source} is a robot of the catalog, which has its tip; leave --tip, --locked out"
             )
         return catalog.load(source)
-    head = file.read_bytes()[:4096].decode("utf-8", "replace") if file.is_file() else ""
-    read = Robot.from_mjcf if "<mujoco" in head else Robot.from_urdf
+    read = Robot.from_mjcf if kind_of(file) == "mjcf" else Robot.from_urdf
     try:
         with quiet():  # the commands print findings
             return read(file, None, locked, tips or None)
@@ -71,12 +70,23 @@ def robot_of(source: str, tips: list[str], locked: list[str], *, holds: bool = F
         raise ModelError(what, [_in_the_shell(sentence, holds) for sentence in error.findings]) from error
 
 
+def kind_of(file: Path) -> str:
+    """What a file of a model is, by its beginning."""
+    head = file.read_bytes()[:4096].decode("utf-8", "replace") if file.is_file() else ""
+    return "mjcf" if "<mujoco" in head else "urdf"
+
+
+def is_arm(source: str) -> bool:
+    """Whether this is a robot of the catalog or a file of a model, and no scenario."""
+    return source.partition("(")[0] in catalog.names() or Path(source).suffix.lower() in MODELS
+
+
 def arm_of(source: str, tip: str | None, overrides: Sequence[str] = ()) -> "tuple[Robot, Setup | None]":
     """The arm of the catalog or of a file, or that of a scenario, with what else that says."""
     from ftqp.app.scenario import document
     from ftqp.app.scenario.setup import load
 
-    if source.partition("(")[0] in catalog.names() or Path(source).suffix.lower() in MODELS:
+    if is_arm(source):
         if overrides:
             raise InputError(f"{source} is a robot, no scenario, so that --set has nothing to change")
         return robot_of(source, [] if tip is None else [tip], []), None

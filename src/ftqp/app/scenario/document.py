@@ -49,11 +49,16 @@ def read(source: str, overrides: Iterable[str] = (), kind: str = "scenario") -> 
         text = files("ftqp.app").joinpath(SHELVES[kind], f"{source}.toml").read_text("utf-8")
     else:
         name, origin, folder, text = path.stem, str(path), path.parent, _text(path, kind)
-    content = _parsed(text, origin)
-    errors = [error for override in overrides if (error := _override(content, override, kind))]
+    found = Document(name=name, origin=origin, folder=folder, content=_parsed(text, origin))
+    return overridden(found, overrides, kind)
+
+
+def overridden(found: Document, overrides: Iterable[str], kind: str = "scenario") -> Document:
+    """A scenario or study with ``a.b=value`` overrides put in."""
+    errors = [error for override in overrides if (error := _override(found.content, override, kind))]
     if errors:
-        raise ScenarioError(f"{origin} cannot be used:", errors)
-    return Document(name=name, origin=origin, folder=folder, content=content)
+        raise ScenarioError(f"{found.origin} cannot be used:", errors)
+    return found
 
 
 def _text(path: Path, kind: str) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path as File
+from re import sub
 from typing import Any, TypeVar
 
 import numpy as np
@@ -46,6 +47,12 @@ SOURCES = {
 """Keys of ``[robot]`` that fit each kind of source ..."""
 WITH_ANY = ("acceleration", "limits", "payload", "tool", "viscous", "coulomb", "rotors", "capsules")
 """... and those that fit every one."""
+
+IN_A_SCENARIO = (
+    r"robot\.with_limits\((\w+)=\.\.\.\)",
+    r"--set robot.limits.\1=..., or limits = { \1 = ... } of [robot]",
+)
+"""How a remedy of Python is spelled where a scenario says what the arm is."""
 
 
 def arm_from(table: RobotTable, folder: File) -> Robot:
@@ -223,6 +230,18 @@ class Setup:
         """The scenario as a TOML file in which no default is left out."""
         return document.toml(self.content)
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is doubtful of the scenario, in sentences."""
+        takes, drive = self.tables.simulation.takes_velocity, self.planner.drive
+        if takes is None or drive.kind != "position" or takes == drive.takes_velocity:
+            return ()
+        where = f"simulation.{self.tables.simulation.plant}"
+        return (
+            f"planner.drive.takes_velocity is {drive.takes_velocity}, and that of {where} {takes}: the drive "
+            "is not that of the plant; give both the same, or leave it so as a test",
+        )
+
     def refuse_tables(self, command: str, *keys: str) -> None:
         """Refuse what a command would leave out of sight."""
         for key in keys:
@@ -317,10 +336,9 @@ class _Errors:
         """What is made, or None where that is an error, which is noted as one of ``place``."""
         try:
             return make()
-        except ModelError as error:
-            self.found += [f"{place}: {finding}" for finding in error.findings or (str(error),)]
-        except (InputError, MissingPackage) as error:
-            self.found.append(f"{place}: {error}")
+        except (InputError, ModelError, MissingPackage) as error:
+            told = (isinstance(error, ModelError) and error.findings) or (str(error),)
+            self.found += [f"{place}: {sub(*IN_A_SCENARIO, one)}" for one in told]
         return None
 
 

@@ -224,6 +224,16 @@ class SimulationTable(Table):
         None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
     )
 
+    @property
+    def takes_velocity(self) -> bool | None:
+        """Whether the position servos of the plant take velocities, too; None of one without servos."""
+        if self.plant == "servo":
+            return bool(self.servo["takes_velocity"])
+        if self.plant != "mujoco":
+            return None
+        gains = self.mujoco.gains
+        return self.mujoco.takes_velocity if gains is None else bool(gains["takes_velocity"])
+
     def made_plant(
         self, arm: Robot, dt: float, level: str, drive: str, *, moving: bool, scene: Scene | None = None
     ) -> Plant:

@@ -32,9 +32,12 @@ class ComputedTorque:
                 f"computed torque needs inertia, which {robot.name} has not; give the model its masses"
             )
         self._w = positive("bandwidth", bandwidth, "1/s")
-        self._n = robot.nv
+        self._name, self._n = robot.name, robot.nv
         self._tau_max = robot.limits.tau_max
         self._arm = ArmSession(robot.chain.constants())
+
+    def __repr__(self) -> str:
+        return f"ComputedTorque({self._name}, bandwidth={self._w:g})"
 
     def torques(self, reference: Any, q: Any, v: Any) -> FloatArray:
         """Motor torques, (nv,) [N m or N].

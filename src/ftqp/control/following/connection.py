@@ -158,6 +158,10 @@ class Connection:
             return self._stopped > SETTLES
         return self._t > self._motion.duration
 
+    def __repr__(self) -> str:
+        state = f"{self.progress:.0%} of the motion" if self._fault is None else self._fault
+        return f"Connection({self._robot.name}, {state})"
+
     @property
     def progress(self) -> float:
         """Share of the motion that was made, in [0, 1]."""

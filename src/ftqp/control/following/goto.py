@@ -17,7 +17,7 @@ from ftqp.control.following.goto_status import (
 )
 from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
 from ftqp.control.following.tip_tracker import HELD_BACK, FrameOfTip, TipTracker
-from ftqp.control.planner.mounted_robot import in_millimetres
+from ftqp.control.planner.mounted_robot import in_millimetres, out_of_reach
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
 from ftqp.control.planner.status import with_reason
@@ -40,9 +40,6 @@ SETTLED = 0.1
 
 MAX_WAYS = 4
 """So many other ways are gone before the arm stays where it is."""
-
-THOUSAND = 1000
-"""Looks are counted in steps of so many, so that the sentence does not change in every tick. A convention."""
 
 
 @final
@@ -78,8 +75,8 @@ class GoTo:
             postures are looked for.
 
     Raises:
-        InputError: Neither or both of pose and q, a wrong shape, a pose that is none, or a posture outside
-            the limits.
+        InputError: Neither or both of pose and q, a wrong shape, a pose that is none or twenty times as far
+            away as the arm is long, or a posture outside the limits.
 
     Source: docs/theory/ways-to-a-goal.md, docs/theory/ways-out.md.
     """
@@ -129,8 +126,8 @@ class GoTo:
             raise InputError(f"task={task!r:.60} goes to a pose; give pose=..., or leave task out")
         if pose is not None:
             self._pose = frozen(checked_pose(pose, "pose"))
-            if said := in_millimetres(planner.robot, self._pose[:3, 3]):
-                _LOG.warning("%s: %s", planner.robot.name, said)
+            if said := in_millimetres(planner.robot, self._pose[:3, 3], "the pose is {} m from the base"):
+                raise InputError(said)
             self._tip = TipTracker(planner, self._limits, task, whole=True)
             self._view = self._tip.view
             self._joints = JointTracker(planner, self._view.command.q, rise_time)
@@ -169,11 +166,17 @@ class GoTo:
         self._leg.begin()
         self._taken, self._looked_for = 0, ""
         self._ahead: Ways | None = None
-        self._refusal = None if self._asked is None else refusal(self._planner)
         planner = self._planner
+        self._refusal = None if self._asked is None else refusal(planner)
+        if (
+            self._asked is not None and not self._refusal and not planner.avoids
+        ):  # which nears it by a free way
+            self._refusal = out_of_reach(planner.robot, self._pose[:3, 3])
         if self._asked is not None and not self._refusal and planner.avoids and not planner.tasks:
             self._leg = self._joints
             self._joints.seek(None, straight=self._limits, nears=True, **self._asked)
+        elif self._asked is not None and not self._refusal and self._view.is_reset:
+            self._ahead = Ways(planner, straight=self._limits, **self._asked)
 
     def _wait_anew(self) -> None:
         self._approach.begin()
@@ -315,9 +318,8 @@ class GoTo:
         joints, leads_joints = self._joints, self._leg is self._joints
         goes_straight, thinks = leads_joints and joints.goes_straight, leads_joints and joints.is_searching
         if self._status is GoToStatus.MOVING and thinks and not goes_straight:
-            looks = joints.looks // THOUSAND * THOUSAND
             cannot = "is not free" if self._to_posture else "cannot be gone"
-            return f"the straight way {cannot}, and another one is looked for: {looks} looks so far"
+            return f"the straight way {cannot}, and another one is looked for"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
         if leads_joints and joints.searched is not None and joints.only_nears:

@@ -135,11 +135,6 @@ class JointTracker:
         return self.searched is not None and self.searched.only_nears
 
     @property
-    def looks(self) -> int:
-        """Postures that were looked at for the present way."""
-        return 0 if self._ways is None else int(self._ways.W.looks)
-
-    @property
     def way(self) -> FloatArray:
         """What is left of the way of every joint as commanded, (nv,) [rad or m]; the short way round."""
         return self.way_from(self.view.command.q)

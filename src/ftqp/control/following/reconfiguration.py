@@ -160,7 +160,7 @@ class Reconfiguration:
             return f"the joints go to another posture, from which the path goes on{within}"
         if self.is_over:
             return f"no bridge was found{within}: {self._looked_for}"
-        return f"a posture from which the path goes on is looked for{within}: {self.starts} starts so far"
+        return f"a posture from which the path goes on is looked for{within}"
 
     @property
     def _looked_for(self) -> str:

@@ -210,7 +210,7 @@ class TipTracker:
             view.keep_rows()
         step = self.frame.step(q, v, self.target, beside, tau, tip)
         self._begun = -1 if step.code in OFF_TASK else view.ticks
-        if waits or step.code == HELD:
+        if waits or step.code in OFF_TASK:
             view.forget_lateness()
         self.on_leash = False
         self.behind = 0.0

@@ -123,12 +123,17 @@ class Certificate:
     instead: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        missing = ", ".join(f"{u.direction} by {u.amount:+.3g} {u.unit}" for u in self.unreached) or "nothing"
+        missing = ", ".join(f"{u.direction} by {u.amount:+.3g} {u.unit}" for u in self.unreached)
         bounds = ", ".join(f"{o.joint} at {o.limit}" for o in self.obstacles)
         because = bounds or WITHOUT_BOUND[self.without_bound]
         beyond = ", ".join(f"{o.joint} beyond {o.limit} by {o.amount:.3g} {o.unit}" for o in self.outside)
         silent = not self.unreached and (beyond or self.instead)
-        said = [] if silent else [f"the task misses {missing}; in the way: {because}"]
+        held = (
+            f"the task misses {missing}; in the way: "
+            if missing
+            else "the motion of the joints is held back by "
+        )
+        said = [] if silent else [held + because]
         said += self.instead
         said += [f"outside: {beyond}"] if beyond else []
         said += [f"{self.jump:.0%} of the jump at the lock was made"] if self.jump < 1.0 else []

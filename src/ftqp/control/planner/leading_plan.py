@@ -38,6 +38,9 @@ class Remaining:
     q: FloatArray
     sentence: str
 
+    def __repr__(self) -> str:
+        return f"Remaining({self.kind}: {self.sentence})"
+
 
 @runtime_checkable
 class LeadingPlan(Protocol):

@@ -114,6 +114,23 @@ def in_millimetres(robot: Robot, place: FloatArray, what: str = "the target is {
     )
 
 
+def out_of_reach(robot: Robot, place: FloatArray) -> str:
+    """What is to be said of a place that no posture brings the tip to, by lengths alone; empty of others."""
+    chain, limits = robot.chain, robot.limits
+    way = chain.way(chain.tip_joint)
+    if chain.floating or not way:
+        return ""
+    slides = [i for i in way if chain.prismatic[i]]
+    steps = np.vstack([chain.translation[way[1:]], chain.tip_translation])
+    most = float(np.linalg.norm(steps, axis=1).sum()) + float(
+        np.maximum(np.abs(limits.q_min), np.abs(limits.q_max))[slides].sum()
+    )
+    away = float(np.linalg.norm(place - chain.translation[way[0]]))
+    if not away > most:
+        return ""
+    return f"the pose is {away:.3g} m from {chain.names[way[0]]}, and the arm is {most:.3g} m long, stretched"
+
+
 def warn_of_weight(robot: Robot, q: FloatArray | None, tau_max: FloatArray) -> None:
     """One warning on the logger ``ftqp`` where a motor cannot hold the arm at rest at q, or at neutral."""
     if sentence := weight_sentence(robot, robot.neutral if q is None else q, tau_max):

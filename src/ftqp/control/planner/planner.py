@@ -483,7 +483,11 @@ class Planner:
         self._parts.loop.stop()
 
     def resume(self) -> bool:
-        """Go on from where the arm is after a stop, with the task as it is now.
+        """Go on from where the arm is after a stop, along the path from where the stop began.
+
+        Targets that your own clock gave meanwhile are played back, and the time is made up for by a quarter
+        of their speed. One that jumped is another goal, and the arm goes there at once, as fast as its limits
+        allow: ``GoTo`` goes gently.
 
         Returns:
             Whether the planner goes on; it does not while a lost sensor forbids it, and needs ``reset``.

@@ -116,8 +116,6 @@ class Task:
         refuse_out_of_range(self)
         if self.damping is not None and not isinstance(self.damping, DirectionalDamping):
             raise InputError(f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None")
-        if not isinstance(self.calm, bool):
-            raise InputError(f"calm is {self.calm!r:.60}, expected True or False")
         refuse(
             mode=self.mode, priority=self.priority, damping="none" if self.damping is None else "directional"
         )

@@ -47,8 +47,8 @@ def resume(watch: Any, feedback: Any, chain: Any) -> bool:
     for i in range(chain.n):
         if feedback.lost[i] or (feedback.brakes == ALL_BRAKES and feedback.asks[i]):
             return False
-    feedback.late = feedback.up = feedback.spent_elsewhere = 0.0
-    feedback.far = feedback.stored = feedback.until_stored = 0
+    feedback.spent_elsewhere = 0.0
+    feedback.far = 0
     feedback.spent[: chain.n] = 0.0
     release(watch, feedback, chain)
     return True

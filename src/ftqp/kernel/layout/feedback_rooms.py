@@ -106,7 +106,8 @@ history  Given targets of the last second, every few ticks.
     newest  i8
     halved  i8  how often every second one was dropped, as the arm was held for longer
     age  f8  of the newest
-    held  f8  for how long of the lateness the arm was held
+    held  f8  for how long of the lateness the arm was held or stopped
+    last  f8[TARGET_SIZE]  given in the last tick, while something is late
     given  f8[TARGET_SIZE]
     turn  f8[9]
     target  f8[HISTORY,TARGET_SIZE]

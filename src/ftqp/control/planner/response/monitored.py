@@ -96,7 +96,11 @@ class MonitorResponse:
                 _LOG.warning("%s %s", finding.sentence, STOPPED[does])
                 continue
             fault: Fault = FreeSwinging(name) if does == SWINGS_NOW else Locked(name)
-            _LOG.warning("%s The planner counts on it from now on: %s.", finding.sentence, fault.happens)
+            _LOG.warning(
+                "%s From now on the planner counts on a joint that %s; if it works, "
+                "planner.withdraw(%r) takes that back.",
+                finding.sentence, fault.happens, name,
+            )  # fmt: skip
             self._report(fault)
 
     def _take_back(self, name: str) -> None:

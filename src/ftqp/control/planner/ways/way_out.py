@@ -95,6 +95,9 @@ class WayOut:
     failed: tuple[str, ...]
     sentence: str
 
+    def __repr__(self) -> str:
+        return f"WayOut({self.kind}: {self.sentence})"
+
     def close_brakes(self, planner: Any) -> None:
         """Ask for the brakes that are closed first, of joints that are believed to swing freely.
 
