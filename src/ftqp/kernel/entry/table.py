@@ -162,8 +162,10 @@ block ticks.block_of_ticks first
           has_inertia rows:f8[count,width] width places:i8[PLACES]
     calls block(K, tick, q, v, targets, state, first, has_inertia, rows, places)
 rollout entry.rollout nogil
-    takes model:i8[words] used:i8[runs,2] runs B:batch own:i8[words] K:record F:free n first last
-    calls rollout(model, used, B, own, K, F, n, first, last)
+    takes model:i8[words] used:i8[runs,2] runs what:i8[GIVEN_WORDS] B:batch A:arm
+          rows:f8[samples,A.chain.n*(A.chain.n+3)] samples out:reserve own:i8[words] K:record
+          mine:i8[GIVEN_WORDS] G:given work:i8[WORK_WORDS] F:free first last
+    calls rollout(model, used, what, B, A, rows, out, own, K, mine, G, work, F, first, last)
 begin_arms entry.kept_arms nogil
     takes model:i8[words] used:i8[runs,2] runs what:i8[GIVEN_WORDS] records_at givens_at works_at
           mask:i1[count] q:f8[count,n] v:f8[count,n] found:i8[count,n] count n first last
