@@ -11,9 +11,8 @@ from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.enums import FREE, MEASURED, NEWS
 from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.maths.linear_systems import assign
-from ftqp.kernel.ticks.steps import TARGET_SIZE, tick_as_told
+from ftqp.kernel.ticks.steps import tick_as_told
 
-__all__ = ["TARGET_SIZE"]
 WORD = np.dtype(np.int64)
 RECORD, GIVEN, WORK = dtype("record"), dtype("given"), dtype("free")
 RECORD_WORDS, GIVEN_WORDS, WORK_WORDS = RECORD.itemsize // 8, GIVEN.itemsize // 8, WORK.itemsize // 8

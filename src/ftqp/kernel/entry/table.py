@@ -15,10 +15,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from ftqp.kernel.compiled.library import EntryPoint
+from ftqp.kernel.layout import enums, flat_arrays, other_records
 from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.layout.record import KINDS, dtype
 
 NUMBERS: Final = {"f8": np.dtype(np.float64), "i8": np.dtype(np.int64), "i1": np.dtype(np.int8)}
+LAYOUT: Final = {**vars(other_records), **vars(flat_arrays), **vars(enums)}
+"""Numbers that calls and shapes may name beside what is in the module of a formula."""
 OBJECT: Final = "object"
 _ARGUMENT: Final = re.compile(r"(\w+)(?::(\w+)(?:\[(\S+)\])?)?")
 _SIZE: Final = re.compile(r"(?<![\w.])[A-Za-z]\w*(?![\w.])")
@@ -57,7 +60,7 @@ class Spec(NamedTuple):
         from ftqp.kernel.jit import carray, pointer  # numba, where the kernel is built
 
         module = import_module(self.module)
-        words = {**vars(module), "carray": carray, "pointer": pointer, **NUMBERS}
+        words = {**LAYOUT, **vars(module), "carray": carray, "pointer": pointer, **NUMBERS}
         words["words"] = dtype("record", joints).itemsize // 8
         taken, records, arrays = [], [], []
         for argument, kind, shape in self.arguments():
