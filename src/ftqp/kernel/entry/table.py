@@ -15,16 +15,12 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from ftqp.kernel.compiled.library import EntryPoint
-from ftqp.kernel.layout import enums, flat_arrays, other_records
 from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.layout.record import KINDS, dtype
 
 NUMBERS: Final = {"f8": np.dtype(np.float64), "i8": np.dtype(np.int64), "i1": np.dtype(np.int8)}
-LAYOUT: Final = {**vars(other_records), **vars(flat_arrays), **vars(enums)}
-"""Numbers that calls and shapes may name beside what is in the module of a formula."""
 OBJECT: Final = "object"
 _ARGUMENT: Final = re.compile(r"(\w+)(?::(\w+)(?:\[(\S+)\])?)?")
-_SIZE: Final = re.compile(r"(?<![\w.])[A-Za-z]\w*(?![\w.])")
 
 
 class Spec(NamedTuple):
@@ -32,7 +28,7 @@ class Spec(NamedTuple):
 
     module: str  # Where the names in ``call`` and ``first`` are found
     takes: str  # Its arguments
-    call: str  # The call of the formula, which returns a number, a truth value or nothing (0)
+    call: str  # The call of the formula, or its name, which returns a number, a truth value or nothing (0)
     first: str = ""  # A call before it that may find a mistake (negative), which is then the answer
 
     def arguments(self) -> Iterator[tuple[str, str, str]]:
@@ -47,7 +43,7 @@ class Spec(NamedTuple):
     def handed_on(self) -> str:
         """All arguments but sizes of arrays, for a call."""
         taken = list(self.arguments())
-        sizes = {word for _, _, shape in taken for word in _SIZE.findall(shape)}
+        sizes = {size for _, _, shape in taken for size in re.findall(r"(?<![\w.])[a-z]\w*(?![\w.])", shape)}
         return ", ".join(name for name, kind, _ in taken if kind or name not in sizes)
 
     @property
@@ -58,9 +54,11 @@ class Spec(NamedTuple):
     def function(self, name: str, joints: int = JOINTS) -> Callable[..., int]:
         """The Python function, for records with room for so many joints."""
         from ftqp.kernel.jit import carray, pointer  # numba, where the kernel is built
+        from ftqp.kernel.layout import enums, flat_arrays, other_records
 
         module = import_module(self.module)
-        words = {**LAYOUT, **vars(module), "carray": carray, "pointer": pointer, **NUMBERS}
+        numbers = vars(other_records) | vars(flat_arrays) | vars(enums)  # beside the module
+        words = {**numbers, **vars(module), "carray": carray, "pointer": pointer, **NUMBERS}
         words["words"] = dtype("record", joints).itemsize // 8
         taken, records, arrays = [], [], []
         for argument, kind, shape in self.arguments():
@@ -70,15 +68,16 @@ class Spec(NamedTuple):
             elif kind in KINDS:
                 words[f"_{kind}"] = dtype(kind, joints)
                 records.append(f"{argument} = carray(pointer({argument}_at), 1, _{kind})[0]")
-        formula = getattr(module, self.call.partition("(")[0])
+        call = self.call if "(" in self.call else f"{self.call}({self.handed_on})"
+        formula = getattr(module, call.partition("(")[0])
         result = getattr(formula, "py_func", formula).__annotations__.get("return")
         body = [*records, *arrays]
         if self.first:
             body += [f"code = {self.first}", "if code < 0:", "    return code"]
         if result is None:
-            body += [self.call, "return 0"]
+            body += [call, "return 0"]
         else:
-            body.append(f"return 1 if {self.call} else 0" if result is bool else f"return {self.call}")
+            body.append(f"return 1 if {call} else 0" if result is bool else f"return {call}")
         text = "\n    ".join([f"def _entry({', '.join(taken)}):", *body])
         exec(compile(text, f"<entry point {name}>", "exec"), words)
         made: Callable[..., int] = words["_entry"]
@@ -301,7 +300,7 @@ def _read(text: str) -> dict[str, tuple[Spec, list[str]]]:
         given = dict(zip(said[::2], said[1::2], strict=True))
         call = given.get("calls", name)
         spec = Spec(f"ftqp.kernel.{module}", given["takes"], call, given.get("after", ""))
-        found[name] = (spec if "(" in call else spec._replace(call=f"{call}({spec.handed_on})"), words)
+        found[name] = spec, words
     return found
 
 
