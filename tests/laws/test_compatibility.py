@@ -9,7 +9,7 @@ from tests.telescope import telescope
 
 import ftqp
 from ftqp.analysis.planning.plan_case import PlanSettings
-from ftqp.control.task.compatibility import CHOICES, NEEDS, ROBOTS, RULES, robots_table, table
+from ftqp.control.task.compatibility import RULES
 from ftqp.core.errors import InputError
 from ftqp.model.serial import Inertial
 from ftqp.sim.plants.servo_plant import ServoPlant
@@ -17,6 +17,40 @@ from ftqp.sim.plants.servo_plant import ServoPlant
 PANDA = ftqp.robots.load("panda")
 HOME = PANDA.pose(PANDA.neutral)
 DT = 5e-3
+CHOICES = {
+    "level": ("acceleration", "velocity"),
+    "mode": ("slack", "hard", "scaled", "lexicographic"),
+    "priority": ("weighted", "position_first"),
+    "damping": ("none", "directional"),
+    "scheme": ("criterion", "closed form"),
+    "backend": ("active_set", "dtrnn", "external"),
+    "leader": ("clock", "path", "base"),
+}
+"""Every choice with its values; the default comes first."""
+ROBOTS = ("serial", "branches", "mimic joints", "floating base")
+"""Kinds of robots: one arm, joints beside the way to a tip, joints that follow others, a body in space."""
+NEEDS = {
+    "targets, tasks, constraints, a scene": ROBOTS,
+    "locked and degraded joints, `NMinusOne`": ROBOTS,
+    "`PathFollower`, `GoTo`": ROBOTS,
+    "drives `position` and `velocity`": ROBOTS,
+    "a detector": ROBOTS,
+    "drive `torque`": ("serial", "branches", "mimic joints"),
+    "schemes without a QP": ("serial", "branches", "mimic joints"),
+    "`planner.ways_out`": ("serial", "branches", "mimic joints"),
+    "`MujocoPlant`": ("serial", "branches", "mimic joints"),
+    "`ServoPlant`": ("serial", "branches", "mimic joints"),
+    "a free-swinging joint that is reported": ("serial",),
+    "`approximate_pseudoinverse`": ("serial",),
+    "`ftqp.postures`, `ftqp.analysis.plan`": ("serial", "branches"),
+}
+"""What serves which of them; the others are refused in a sentence, by what they ask for.
+
+A joint that swings freely is led by what all links of one chain sweep and where its stops are, which on a
+tree, or through a joint that another one drags along, is another study. ``approximate_pseudoinverse`` is a
+formula for arms with a spherical wrist. A body that floats has no motor that could give torque or hold it,
+and a scheme without a QP has no rows for its momentum. Plans and postures are of one chain at a time.
+"""
 PAGE = Path(__file__).parents[2] / "docs" / "compatibility.md"
 VALUES = {
     "damping": {"none": None, "directional": ftqp.DirectionalDamping()},
@@ -24,6 +58,25 @@ VALUES = {
     "backend": {"active_set": "active_set", "dtrnn": "dtrnn", "external": "daqp"},
 }
 """What stands for a value of the table."""
+
+
+def robots_table():
+    """What serves which kinds of robots, as a table in Markdown."""
+    rows = [f"| | {' | '.join(ROBOTS)} |", "|---|" + "---|" * len(ROBOTS)]
+    for what, served in NEEDS.items():
+        rows.append(f"| {what} | {' | '.join('yes' if one in served else 'no' for one in ROBOTS)} |")
+    return "\n".join(rows)
+
+
+def table():
+    """The rules as a table in Markdown."""
+    rows = ["| this | does not go with | because | instead |", "|---|---|---|---|"]
+    for rule in RULES:
+        choice, value = rule.of
+        other, refused = rule.excludes
+        values = ", ".join(f"`{name}`" for name in refused)
+        rows.append(f"| {choice} `{value}` | {other} {values} | {rule.reason} | {rule.remedy} |")
+    return "\n".join(rows)
 
 
 def broken(chosen):

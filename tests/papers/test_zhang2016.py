@@ -7,7 +7,7 @@ from tests.papers.zhang2016 import ARM, BEND, Q0, end_pose, error, example, forw
 
 from ftqp.analysis import coverage, null_vector, task_path
 from ftqp.analysis.survival.continuing import continuation_study, task_session, track
-from ftqp.analysis.survival.way_round import tolerable_joints
+from ftqp.analysis.survival.way_round import bound_of
 from ftqp.control.paths import Line, PointToPoint
 from ftqp.kernel.layout.enums import Survival
 from ftqp.model import catalog
@@ -148,7 +148,8 @@ def test_published_errors_are_those_of_euler_steps_with_feedback(
 
 @pytest.mark.slow
 def test_no_posture_found_survives_everything_before_most_of_the_path_is_done() -> None:
-    samples, joints = tolerable_joints(example(0.05), 20)
+    bound = bound_of(example(0.05), 20)
+    samples, joints = bound.samples * bound.stride, bound.counts(range(len(bound.samples)))
     assert (joints[samples < 0.65 * 400] <= 6).all() and (joints[samples > 0.75 * 400] == 7).all()
 
 

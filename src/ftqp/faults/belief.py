@@ -121,6 +121,13 @@ class Belief:
             )
 
 
+def weakens(robot: Robot, fault: Fault | None) -> bool:
+    """Whether a fault leaves a joint less torque, of an arm whose weight is known."""
+    if fault is None or not robot.has_inertia or "tau_max" not in fault.shares:
+        return False
+    return bool(getattr(fault, fault.shares["tau_max"]) < 1.0)
+
+
 def fault_record(i: int, fault: Fault | None) -> Any:
     """What the kernel gets of joint i, None that it works: a record of kind ``fault``, (1,)."""
     memory = np.zeros(1, dtype("fault"))

@@ -21,8 +21,32 @@ CONVEXITY_TOLERANCE = 1e-10
 """Largest -lambda_min(H) / lambda_max(H) that counts as rounding."""
 
 
+class Sized:
+    """What has the parts of a QP, and so its sizes."""
+
+    __slots__ = ()
+    g: FloatArray
+    b: FloatArray
+    l: FloatArray
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return len(self.g)
+
+    @property
+    def m(self) -> int:
+        """Number of equality rows."""
+        return len(self.b)
+
+    @property
+    def p(self) -> int:
+        """Number of two-sided rows."""
+        return len(self.l)
+
+
 @dataclass(frozen=True, slots=True, init=False, eq=False)
-class QP:
+class QP(Sized):
     """min 1/2 x'Hx + g'x subject to Ax = b, l <= Cx <= u, lb <= x <= ub.
 
     Absent parts are empty rows or infinite bounds. ``l == u`` is an equality, ``lb == ub`` fixes a variable.
@@ -82,21 +106,6 @@ class QP:
         parts["lb"], parts["ub"] = _bounds("lb", lb, "ub", ub, n, "(n,)")
         for name, value in parts.items():
             object.__setattr__(self, name, frozen(value))
-
-    @property
-    def n(self) -> int:
-        """Number of variables."""
-        return len(self.g)
-
-    @property
-    def m(self) -> int:
-        """Number of equality rows."""
-        return len(self.b)
-
-    @property
-    def p(self) -> int:
-        """Number of two-sided rows."""
-        return len(self.l)
 
     def objective(self, x: FloatArray) -> float:
         """The objective 1/2 x'Hx + g'x.

@@ -6,7 +6,7 @@ from time import monotonic, sleep
 import numpy as np
 import pytest
 
-from ftqp.app.view.live_source import LiveSource, arms_of
+from ftqp.app.view.live_source import LiveSource, arms_of, setup_of
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Break, Repair, Reset, Tell, Use
@@ -80,3 +80,9 @@ def test_refusal_is_a_message_of_a_frame_and_reset_takes_it_away(source):
     until(lambda: "'elbow' is not a joint" in source.frame().message)
     source.put(Reset())
     until(lambda: source.frame().message == "")
+
+
+def test_backend_of_a_choice_may_be_a_profile(tmp_path):
+    profile = tmp_path / "osqp.toml"
+    profile.write_text('name = "osqp"\n', encoding="utf-8")
+    assert setup_of(Choice(scenario="panda-circle", backend=str(profile))).planner.backend == "osqp"

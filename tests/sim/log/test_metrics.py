@@ -9,13 +9,7 @@ from ftqp.control.paths import Circle
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.log_arrays import Log, MemoryRows
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.metrics import (
-    Quantiles,
-    TalliedRows,
-    failed_joint_motion,
-    following_error,
-    summary,
-)
+from ftqp.sim.log.metrics import Following, Motion, Quantiles, TalliedRows, summary
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 
@@ -75,7 +69,7 @@ def test_following_error_compares_what_was_sent_for_a_tick_with_the_truth_then(p
     log = Log(None, signals, {}, {}, {"joints": list(panda.joints)})
     expected = np.full((ticks, joints), 0.25)
     expected[0], expected[2:, 1] = 0.0, np.nan
-    np.testing.assert_array_equal(following_error(log), expected)
+    np.testing.assert_array_equal(Following().add(log), expected)
 
 
 def test_motion_of_a_joint_in_a_real_brake_counts_from_the_time_it_is_slow(panda):
@@ -86,7 +80,9 @@ def test_motion_of_a_joint_in_a_real_brake_counts_from_the_time_it_is_slow(panda
     signals["q.panda_joint2"] = np.array([0.0, 0.3, 0.4, 0.40001])
     fault = {"kind": "locked", "joint": "panda_joint2", "index": 1, "at": 0.0, "announced": 0.0}
     about = {"joints": list(panda.joints), "faults": [fault], "plant_tolerance": 1e-4}
-    assert failed_joint_motion(Log(None, signals, {}, {}, about)) == {"panda_joint2": pytest.approx(1e-5)}
+    motion = Motion(about)
+    motion.add(Log(None, signals, {}, {}, about))
+    assert motion.by_joint == {"panda_joint2": pytest.approx(1e-5)}
 
 
 def test_excess_of_a_working_joint_is_measured(summarised, panda):

@@ -105,16 +105,6 @@ class RestKind(StrEnum):
     OUTSIDE = "outside"
 
 
-MEANINGS = {
-    RestKind.SINK: "draws the arm there from all sides, off its goal",
-    RestKind.SADDLE: "draws it from some sides and repels it to others",
-    RestKind.SOURCE: "repels it to all sides",
-    RestKind.DEGENERATE: "lies on a whole curve of rests with the joint locked at one value",
-    RestKind.OUTSIDE: "lies outside the joint limits",
-}
-"""In words."""
-
-
 def eigenvalues_at(study: GoalStudy, M: FloatArray, q: FloatArray, i: int) -> NDArray[np.complex128]:
     """The eigenvalues with joint i locked, (k, n - 1) [1/s at a gain of 1/s], of joints that matter."""
     return np.asarray(

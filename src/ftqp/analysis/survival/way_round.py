@@ -69,14 +69,6 @@ def bound_of(task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = N
     )
 
 
-def tolerable_joints(
-    task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = None, threads: int | None = None
-) -> tuple[IntArray, IntArray]:
-    """The samples, (K,), and how many joints the best posture found there can do without, (K,)."""
-    bound = bound_of(task, waypoints, joints=joints)
-    return bound.samples * bound.stride, bound.counts(range(len(bound.samples)), threads)
-
-
 def sample_postures(task: TaskPath, samples: IntArray, threads: int | None = None) -> list[FloatArray]:
     """Points of the self-motions at some samples, within the limits, (points, nv) each [rad or m]."""
     session: StudySession = task_session(task)

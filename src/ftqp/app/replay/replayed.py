@@ -1,7 +1,7 @@
 """One recorded QP, solved again: what the answer is, what holds it, and which backends see it otherwise."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -120,16 +120,8 @@ class LabelledQP:
             scale = sum(q.A[k, i] for i, label in enumerate(self._variables) if label == SCALE)
             asked = float(q.b[k] - scale) / divisor
             done = float(q.A[k, self._motion] @ solution.x[self._motion]) / divisor
-            rows.append(
-                {
-                    "name": name,
-                    "unit": unit,
-                    "asked": asked,
-                    "done": done,
-                    "lost": done - asked,
-                    "multiplier": float(solution.y[k]),
-                }
-            )
+            told = {"name": name, "unit": unit, "asked": asked, "done": done, "lost": done - asked}
+            rows.append(told | {"multiplier": float(solution.y[k])})
         return rows
 
     def two_sided(self, solution: Solution) -> list[dict[str, Any]]:
@@ -356,7 +348,6 @@ def _verdict(solution: Solution, claim: Claim | None, infeasible: bool, far: boo
 
 def _explained(labelled: LabelledQP, solution: Solution, claim: Claim | None) -> dict[str, Any]:
     """The answer of the chosen backend by names."""
-    found = solution.residuals
     usable = bool(np.isfinite(solution.x).all())
     return {
         "backend": solution.backend.removeprefix("recorder:"),
@@ -365,14 +356,7 @@ def _explained(labelled: LabelledQP, solution: Solution, claim: Claim | None) ->
         "sentence": solution.status.value,
         "iterations": solution.iterations,
         "objective": labelled.problem.objective(solution.x) if usable else None,
-        "residuals": {
-            "primal": found.primal,
-            "dual": found.dual,
-            "complementarity": found.complementarity,
-            "gap": found.gap,
-        }
-        if usable
-        else None,
+        "residuals": asdict(solution.residuals) if usable else None,
         "variables": labelled.variables(solution) if usable else [],
         "task": labelled.task(solution) if usable else [],
         "torques": labelled.two_sided(solution) if usable else [],

@@ -292,6 +292,14 @@ def load(
         ScenarioError: The scenario is wrong; carries every error.
     """
     instance("source", source, str | File, "the path of a scenario or the name of a bundled one")
+    found = document.read(source, chosen(overrides, backend, scheme, plan))
+    return resolve(found, validated(found), record=record)
+
+
+def chosen(
+    overrides: Iterable[str], backend: str | None, scheme: str | None, plan: str | File | None
+) -> list[str]:
+    """Overrides that put a backend or profile, a scheme and a plan in place of a scenario's, too."""
     choices = list(overrides)
     if backend is not None and backend.endswith(".toml"):
         choices += ["planner.backend=", f"planner.profile={File(backend).resolve()}"]
@@ -300,9 +308,8 @@ def load(
     if scheme is not None:
         choices.append(f"planner.scheme={scheme}")
     if plan is not None:
-        choices.append(f"planner.plan={plan.resolve()}")
-    found = document.read(source, choices)
-    return resolve(found, validated(found), record=record)
+        choices.append(f"planner.plan={File(plan).resolve()}")
+    return choices
 
 
 def validated(found: document.Document) -> Scenario:

@@ -1,7 +1,6 @@
 """A session in a thread of its own, and its frames for a page."""
 
 from dataclasses import replace
-from pathlib import Path as File
 from threading import Event, Thread
 from time import monotonic
 from typing import Any, Final, Self, final
@@ -9,7 +8,7 @@ from typing import Any, Final, Self, final
 import numpy as np
 
 from ftqp.app.scenario import document
-from ftqp.app.scenario.setup import Setup, resolve, validated
+from ftqp.app.scenario.setup import Setup, chosen, resolve, validated
 from ftqp.app.schema.reading import Options, options
 from ftqp.app.view.verdicts_file import Verdicts
 from ftqp.control.following.goto import GoTo
@@ -75,14 +74,8 @@ def arms_of(choice: Choice, *, rival: bool = True, faults: bool = True) -> Sessi
 
 def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
     """The scenario with all choices in the place of its own."""
-    overrides = list(choice.overrides)
-    if choice.backend is not None:
-        overrides += ["planner.profile=", f"planner.backend={choice.backend}"]
-    if choice.scheme is not None:
-        overrides += [f"planner.scheme={choice.scheme}"]
-    if choice.plan is not None:
-        overrides += [f"planner.plan={File(choice.plan).resolve()}"]
-    found = document.read(choice.scenario, overrides)
+    choices = chosen(choice.overrides, choice.backend, choice.scheme, choice.plan)
+    found = document.read(choice.scenario, choices)
     if choice.robot is not None:
         found = _with_robot(found, catalog.load(choice.robot), choice.robot)
     tables = validated(found)

@@ -8,7 +8,7 @@ from ftqp.control.batch.many_arms import look_at_memory, whole
 from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, seen
 from ftqp.core.errors import InputError
-from ftqp.faults.belief import Belief, fault_record
+from ftqp.faults.belief import Belief, fault_record, weakens
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.arm_records import ArmRecords
 from ftqp.kernel.entry.session import thread_count
@@ -69,10 +69,10 @@ class Arms:
         like = planner.what_ifs()
         self._robot, self._count = like.robot, count
         look_at_memory(count * (dtype("record").itemsize + dtype("given").itemsize), count)
-        self._belief = Belief(self._robot)
-        for fault in like.reported:
-            self._belief = self._belief.reported(_served(fault))
-        like.session.K.monitor.names = int(like.given.finds)  # each arm responds for itself
+        self._belief = like.belief
+        for fault in like.belief.faults.values():
+            _served(fault)
+        like.session.K.monitor.names = int(like.finds)  # each arm responds for itself
         self._turns = bool(like.session.K.task.uses_rotation)
         self._faults: list[Fault | None] = [None]
         nv = self._robot.nv
@@ -210,8 +210,7 @@ class Arms:
         """Let arms believe a fault of a joint, or that it works, where they do not yet."""
         number, before = self._number(fault), self._believed(joint)
         locked = np.array([isinstance(one, Locked) for one in self._faults])
-        weak = fault is not None and "tau_max" in fault.shares and self._robot.has_inertia
-        weak = weak and getattr(fault, fault.shares["tau_max"]) < 1.0  # type: ignore[union-attr]
+        weak = weakens(self._robot, fault)
         self._records.tell(fault_record(joint, fault), mask, mask & (before != number), locked[before], weak)
         self._reports[mask, joint] = number
 

@@ -13,14 +13,12 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
-from ftqp.core.checks import FULL_TURN, BoolArray, FloatArray, IntArray, instance
+from ftqp.core.checks import FULL_TURN, FloatArray, IntArray, instance
 from ftqp.core.errors import InputError
-from ftqp.core.quiet import quiet
-from ftqp.faults.kinds import KINDS, Fault, FreeSwinging
-from ftqp.kernel.entry.rollouts import Batch, beliefs_of, drive
+from ftqp.faults.belief import fault_record, weakens
+from ftqp.faults.kinds import KINDS, Fault
+from ftqp.kernel.entry.rollouts import Batch, drive
 from ftqp.kernel.entry.session import thread_count
-from ftqp.kernel.layout.enums import OK
-from ftqp.model.posture import gravity_torques
 from ftqp.model.robot import Robot
 
 EXPECTED = "None, a fault, (fault, tick), or a list of those"
@@ -31,58 +29,40 @@ class OwnFaults:
     """Faults by arm, in the form that compiled code takes.
 
     Attributes:
-        events: Tick, index of what is then believed, and joint, (E, 3), by arm, then by tick.
+        events: Tick, index of the fault, and 1 where it may leave a joint too weak, (E, 3), by arm, then by
+            tick.
         starts: Where the events of each arm begin, (B + 1,).
-        beliefs: What is believed after each event.
-        freed: Which joints of which arm swing freely sooner or later, (B, nv) truth values.
-        later: Arms of which another fault is reported while a joint swings freely, (B,) truth values.
+        faults: Records of all faults.
     """
 
-    def __init__(self, faults: Any, arms: int, robot: Robot, what_ifs: RolloutSetup) -> None:
-        self._robot, self._what_ifs = robot, what_ifs
-        self._rooms: list[dict[str, Any]] = []
-        self._known: dict[tuple[Fault, ...], int] = {}
-        self._free_before = [robot.joint(f.joint) for f in what_ifs.reported if isinstance(f, FreeSwinging)]
-        self.freed, self.later = np.zeros((arms, robot.nv), dtype=bool), np.zeros(arms, dtype=bool)
+    def __init__(self, faults: Any, arms: int, what_ifs: RolloutSetup) -> None:
+        self._robot, self._belief = what_ifs.robot, what_ifs.belief
+        self._numbers: dict[tuple[int, Fault], int] = {}
         events: list[tuple[int, int, int]] = []
         starts = [0]
-        known: dict[int, tuple[list[tuple[int, int, int]], list[int], bool]] = {}
-        self._entries = _entries(faults, arms)
-        for arm, entry in enumerate(self._entries):
+        known: dict[int, list[tuple[int, int, int]]] = {}
+        for arm, entry in enumerate(_entries(faults, arms)):
             own = known.get(id(entry))  # many arms may be given the very same entry, which lives on
             if own is None:
-                own = known[id(entry)] = self._events_of(arm)
-            events += own[0]
-            self.freed[arm, own[1]], self.later[arm] = True, own[2]
+                own = known[id(entry)] = self._events_of(_reports(entry, arm))
+            events += own
             starts.append(len(events))
         self.events: IntArray = np.array(events or [(0, 0, 0)], dtype=np.int64)
         self.starts: IntArray = np.array(starts, dtype=np.int64)
-        self.beliefs = beliefs_of(self._rooms)
+        records = [fault_record(*one) for one in self._numbers] or [fault_record(0, None)]
+        self.faults = np.concatenate(records)
 
-    def reported(self, arm: int) -> list[tuple[Fault, int]]:
-        """What is reported to one arm and at which tick, by tick."""
-        return sorted(_reports(self._entries[arm], arm), key=lambda pair: pair[1])
-
-    def _events_of(self, arm: int) -> tuple[list[tuple[int, int, int]], list[int], bool]:
-        """The events of one arm, its joints that swing freely, and whether more is reported while they do."""
-        reported: tuple[Fault, ...] = ()
-        events, free = [], list(self._free_before)
-        since, later = (0 if free else None), False
-        for fault, tick in self.reported(arm):
-            reported, joint = (*reported, fault), self._robot.joint(fault.joint)
-            events.append((tick, self._believed(reported), joint))
-            later = later or (since is not None and tick > since)
-            if isinstance(fault, FreeSwinging):
-                free.append(joint)
-                since = tick if since is None else since
-        return events, free, later
-
-    def _believed(self, reported: tuple[Fault, ...]) -> int:
-        """The index of what an arm counts on to which these faults were reported."""
-        if reported not in self._known:
-            self._known[reported] = len(self._rooms)
-            self._rooms.append(self._what_ifs.believing(reported))
-        return self._known[reported]
+    def _events_of(self, reported: list[tuple[Fault, int]]) -> list[tuple[int, int, int]]:
+        """The events of one arm by tick; what it believes already is none."""
+        events, belief, robot = [], self._belief, self._robot
+        for fault, tick in sorted(reported, key=lambda pair: pair[1]):
+            before, belief = belief, belief.reported(fault)
+            i = int(robot.chain.lead[robot.joint(fault.joint)])
+            meant = belief.faults[robot.joints[i]]
+            if belief is not before:
+                number = self._numbers.setdefault((i, meant), len(self._numbers))
+                events.append((tick, number, int(weakens(robot, meant))))
+        return events
 
 
 def _entries(faults: Any, arms: int) -> Sequence[Any]:
@@ -120,9 +100,6 @@ def _reports(entry: Any, arm: int) -> list[tuple[Fault, int]]:
 _LOG = logging.getLogger("ftqp")
 WORTH_SAYING = 500e6
 """A batch that takes more memory than this says so [bytes]. A convention."""
-WEIGHTLESS = 1e-6
-"""A free joint with less gravity than this where the arm begins may have none anywhere [N m or N]. Some
-million times the rounding of a heavy arm's torques."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,8 +173,7 @@ def rollout(
     Each arm follows its commands exactly, as on ``ftqp.KinematicPlant``: its command is its next state. The
     commands are those of ``planner.step`` to rounding, from a ``reset`` at the start on; every arm has the
     task, scheme, bounds, posture and believed faults of the planner, which does not change. A planner that
-    was made without a posture has each arm return to its own start. An arm one of whose joints swings freely
-    without gravity, or of which more is reported while one swings freely, is stepped by a planner.
+    was made without a posture has each arm return to its own start.
 
     Ctrl-C stops all threads within a moment and raises ``KeyboardInterrupt``; nothing is returned then.
 
@@ -243,7 +219,7 @@ def rollout(
     arms, ticks = len(starts), len(targets)
     step = whole("every", every) if every is not None else 0
     look_at_memory(memory(planner, arms, ticks, step), arms)
-    own = OwnFaults(faults, arms, planner.robot, what_ifs)
+    own = OwnFaults(faults, arms, what_ifs)
     if late := int(np.sum(own.events[: own.starts[-1], 0] >= ticks)):
         _LOG.warning(
             "%d of %d faults are reported at tick %d or later, which is never reached",
@@ -253,26 +229,17 @@ def rollout(
         )
     workers = thread_count() if threads is None else whole("threads", threads)
     result = _empty(starts, speeds, ticks, step)
+    batch = Batch(
+        q=result.q, v=result.v, targets=targets.packed, faults=own.faults, events=own.events,
+        starts=own.starts, every=step, position_error=result.position_error,
+        rotation_error=result.rotation_error, clearance=result.clearance, counts=result.counts,
+        first_bad=result.first_bad, trace=result.trace,
+    )  # fmt: skip
+    say = None if progress is None else lambda count: progress(count, arms)
+    setup = what_ifs.session, what_ifs.commands, what_ifs.samples
+    drive(*setup, batch, threads=workers, progress=say)
     finite = np.isfinite(starts).all(axis=1) & np.isfinite(speeds).all(axis=1)
-    stepped = needs_planner(own, what_ifs, starts) & finite
-    done = 0
-    if not stepped.all():
-        batch = Batch(
-            q=result.q, v=result.v, targets=targets.packed, beliefs=own.beliefs, events=own.events,
-            starts=own.starts, skipped=stepped.astype(np.int64), returns=what_ifs.return_to_start, every=step,
-            position_error=result.position_error, rotation_error=result.rotation_error,
-            clearance=result.clearance, counts=result.counts, first_bad=result.first_bad, trace=result.trace,
-        )  # fmt: skip
-        say = None if progress is None else lambda count: progress(count, arms)
-        done = drive(what_ifs.session, batch, threads=workers, progress=say)
-    planners = ByPlanner(what_ifs, targets, step)
-    for arm in np.flatnonzero(stepped).tolist():
-        planners.drive(result, arm, own.reported(arm))
-        done += 1
-        if progress is not None:
-            progress(done, arms)
-    for name in ("q", "v"):
-        getattr(result, name)[~finite] = np.nan
+    result.q[~finite] = result.v[~finite] = np.nan
     return result
 
 
@@ -347,70 +314,3 @@ def _memory_there() -> int | None:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
         return None
-
-
-def needs_planner(own: OwnFaults, what_ifs: RolloutSetup, starts: FloatArray) -> BoolArray:
-    """Arms that compiled code would not drive as a planner does, (B,).
-
-    A free joint without gravity lets the others follow the task, of which rows may then be given up; and a
-    fault that is reported while a joint swings freely has it decided anew what can be kept.
-    """
-    robot, result = what_ifs.robot, own.later.copy()
-    finite = np.isfinite(starts).all(axis=1)
-    free = np.flatnonzero(own.freed.any(axis=1) & finite & ~result)
-    data = robot.model.createData() if len(free) else None
-    for arm in free:
-        torques = gravity_torques(robot.model, data, robot.configuration(starts[arm]))
-        result[arm] = bool((np.abs(torques[own.freed[arm]]) < WEIGHTLESS).any())
-    return result & finite
-
-
-@final
-class ByPlanner:
-    """Arms of a batch, each stepped by a planner of its own that is like the one of the batch."""
-
-    def __init__(self, what_ifs: RolloutSetup, targets: Targets, every: int) -> None:
-        self._what_ifs, self._targets, self._every = what_ifs, targets, every
-
-    def drive(self, result: Any, arm: int, reported: list[tuple[Fault, int]]) -> None:
-        """Drive an arm from its start in a ``Rollout`` to the end, without a word on the logger."""
-        with quiet():
-            planner = self._planner()
-            q, v = result.q[arm].copy(), result.v[arm].copy()
-            planner.reset(q, v)
-            reported = list(reported)
-            for k in range(len(self._targets)):
-                while reported and reported[0][1] <= k:
-                    planner.report(reported.pop(0)[0])
-                step = planner.step(q, v, self._targets.at(k))
-                q, v, _ = (part.copy() for part in step.reference)
-                result.counts[arm, step.code] += 1
-                if step.code != OK and result.first_bad[arm] < 0:
-                    result.first_bad[arm] = k
-                result.position_error[arm] = max(result.position_error[arm], step.position_error)
-                result.rotation_error[arm] = max(result.rotation_error[arm], step.rotation_error)
-                result.clearance[arm] = min(result.clearance[arm], step.clearance)
-                if self._every and (k + 1) % self._every == 0:
-                    result.trace[arm, k // self._every] = q
-            result.q[arm], result.v[arm] = q, v
-
-    def _planner(self) -> Planner:
-        given, around = self._what_ifs.given, self._what_ifs.around
-        planner = Planner(
-            self._what_ifs.robot, given.dt, level=given.level, scheme=given.scheme, task=given.task,
-            bounds=given.bounds, posture=given.posture, torque_limits=given.limits_torque,
-            emergency=given.emergency, drive=given.drive, noise=given.noise,
-            scene=None if around is None else around.scene,
-            clearance=None if around is None else around.clearance,
-            tasks=[one.given for one in self._what_ifs.tasks.values()],
-            constraints=given.constraints,
-        )  # fmt: skip
-        for name, one in self._what_ifs.tasks.items():
-            planner.tasks[name].weight = one.weight
-            if not isinstance(getattr(one.given, "towards", None), str):  # which is a frame, and no target
-                planner.tasks[name].target = one.target
-        for name, shapes in {} if around is None else around.attached.items():
-            planner.attach(name, shapes)
-        for fault in self._what_ifs.reported:
-            planner.report(fault)
-        return planner

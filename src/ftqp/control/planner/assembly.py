@@ -274,23 +274,19 @@ class Assembly:
     def refuse_looking_ahead(self, reserve: ReserveSamples | None) -> None:
         """Refuse at once what ``n_minus_one`` would refuse when it looks ahead."""
         try:
-            self.what_ifs(self.given.robot, {}, reserve)
+            self.what_ifs(self.given.robot, Belief(self.given.robot), reserve)
         except InputError as error:
             raise InputError(
                 f"n_minus_one looks ahead in a batch: {error}; or leave n_minus_one out"
             ) from error
 
-    def what_ifs(
-        self, robot: Robot, faults: dict[str, Fault], reserve: ReserveSamples | None
-    ) -> RolloutSetup:
+    def what_ifs(self, robot: Robot, belief: Belief, reserve: ReserveSamples | None) -> RolloutSetup:
         """What other arms like this one would begin with; nothing here changes."""
         refuse_asking(self.asking, "a batch", "make a planner without {them}")
         self._refuse_foreign("a batch is compiled as a whole; make a planner with backend='active_set'")
         if self.leading is not None:
             raise InputError("this planner follows a plan, which a batch does not; make one without plan=")
-        return RolloutSetup(
-            self.session, self.commands, robot, self.given, self.tasks, self.surroundings, reserve, faults
-        )
+        return RolloutSetup(self.session, self.commands, robot, reserve, belief)
 
     def _refuse_foreign(self, why: str) -> None:
         """Refuse a planner whose ticks are not the active set's, for somebody who has no other solver."""

@@ -83,11 +83,6 @@ class CollisionModel:
         """How many of its capsules are bodies, and not ends of them."""
         return len(self._whole(self._now.attached))
 
-    @property
-    def attached(self) -> dict[str, tuple[Capsule, ...]]:
-        """Bodies that are attached to the arm, by what they are called together."""
-        return dict(self._now.attached)
-
     def changes_for(self, content: Content, name: str, version: FloatArray) -> Changes:
         """What is to be written where the scene changes; nothing is written yet."""
         now = self._now

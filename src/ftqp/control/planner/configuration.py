@@ -14,7 +14,7 @@ from ftqp.control.planner.mounted_robot import MountedRobot, braking_reserve, wa
 from ftqp.control.planner.stages import Tick
 from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.errors import InputError
-from ftqp.faults.belief import Belief
+from ftqp.faults.belief import Belief, weakens
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.planner_commands import PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import WORD, ArmSession, Call, Session, bound
@@ -64,16 +64,10 @@ class Configuration:
         return all(getattr(self, part) is getattr(before, part) for part in parts)
 
     def weakened(self, before: "Configuration") -> list[int]:
-        """Joints that are now said to have less torque, of an arm whose weight is known."""
+        """Joints that are now said to have less torque."""
         robot, was = self.arm.robot, before.belief.faults
-        return [
-            robot.joint(joint)
-            for joint, fault in self.belief.faults.items()
-            if robot.has_inertia
-            and was.get(joint) != fault
-            and "tau_max" in fault.shares
-            and getattr(fault, fault.shares["tau_max"]) < 1.0
-        ]
+        now = self.belief.faults.items()
+        return [robot.joint(name) for name, one in now if was.get(name) != one and weakens(robot, one)]
 
 
 @cache

@@ -605,7 +605,8 @@ class Planner:
         """
         if not self._session.K.state.is_reset:
             self._parts.tasks.refuse_without_target()
-        return self._parts.what_ifs(self.robot, self.faults, self._configuration.now.reserve)
+        now = self._configuration.now
+        return self._parts.what_ifs(self.robot, now.belief, now.reserve)
 
     def foresee(self, path: Path | None, at: float = 0.0) -> None:
         """Say what the end effector will follow, for ``n_minus_one``; a ``PathFollower`` says it by itself.

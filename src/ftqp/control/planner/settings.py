@@ -1,6 +1,5 @@
 """What a planner was asked for: every argument checked, named things made, and what follows from them."""
 
-import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import update_wrapper
@@ -47,7 +46,6 @@ from ftqp.qp.adapters.registry import backend as make_backend
 P = ParamSpec("P")
 S = TypeVar("S")
 LEVELS = {level.name.lower(): level for level in Level}
-_LOG = logging.getLogger("ftqp")
 SHORTEST = 1e-6
 """Sampling period of the fastest planner [s], by convention."""
 

@@ -157,23 +157,10 @@ def _mix(name: str, alpha: float, other: Scheme, tau_ref: float, a_ref: float) -
     return (torque * mtn() + rest * other).named(name)
 
 
-_CLOSED_FORMS: dict[str, Callable[..., Resolver]] = {
-    "pseudoinverse": pseudoinverse,
-    "weighted_pseudoinverse": weighted_pseudoinverse,
-    "singularity_robust": singularity_robust,
-    "approximate_pseudoinverse": approximate_pseudoinverse,
-}
+_CLOSED_FORMS = (pseudoinverse, weighted_pseudoinverse, singularity_robust, approximate_pseudoinverse)
+_SCHEMES = (mvn, man, mke, mtn, iiwt, rmp, dlsm, dlsm_mvn, mvn_manipulability)
 _RECIPES: dict[str, Callable[..., Scheme | Resolver]] = {
-    "mvn": mvn,
-    "man": man,
-    "mke": mke,
-    "mtn": mtn,
-    "iiwt": iiwt,
-    "rmp": rmp,
-    "dlsm": dlsm,
-    "dlsm_mvn": dlsm_mvn,
-    "mvn_manipulability": mvn_manipulability,
-    **_CLOSED_FORMS,
+    one.__name__: one for one in (*_SCHEMES, *_CLOSED_FORMS)
 }
 
 
@@ -184,7 +171,7 @@ def names() -> tuple[str, ...]:
 
 def closed_forms() -> tuple[str, ...]:
     """Those among ``names`` that are closed forms: velocity level, no QP, no backend."""
-    return tuple(_CLOSED_FORMS)
+    return tuple(one.__name__ for one in _CLOSED_FORMS)
 
 
 def recipe(name: str) -> Callable[..., Scheme | Resolver]:

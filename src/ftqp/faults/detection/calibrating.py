@@ -13,8 +13,6 @@ from ftqp.model.fitting.fitted_arm import arm_of
 from ftqp.model.fitting.torque_log import TorqueLog
 from ftqp.model.robot import Robot
 
-SLOWEST = 0.03
-"""Joints slower than this [rad/s or m/s] do not show the sign of their friction to a detector."""
 SIGNIFICANT = 3.0
 """Friction below so many standard errors is none, because noise alone makes that in 0.3 % of logs."""
 MOST_PIECES = 3000

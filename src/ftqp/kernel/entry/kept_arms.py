@@ -7,14 +7,12 @@ import numpy as np
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.commands.believed import begin_to_believe, believe, believe_found, count_on, forget_finding
 from ftqp.kernel.commands.stops import hold_up, start
-from ftqp.kernel.entry.rollout import copy_words
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.enums import FREE, MEASURED, NEWS
 from ftqp.kernel.layout.record import dtype
 from ftqp.kernel.maths.linear_systems import assign
-from ftqp.kernel.ticks.steps import TARGET_SIZE, tick_as_told
+from ftqp.kernel.ticks.steps import tick_as_told
 
-__all__ = ["TARGET_SIZE"]
 WORD = np.dtype(np.int64)
 RECORD, GIVEN, WORK = dtype("record"), dtype("given"), dtype("free")
 RECORD_WORDS, GIVEN_WORDS, WORK_WORDS = RECORD.itemsize // 8, GIVEN.itemsize // 8, WORK.itemsize // 8
@@ -23,27 +21,55 @@ FOUND_LOCKED, FOUND_FREE = 1, 2
 
 
 @jit
+def copy_words(of: Any, used: Any, to: Any) -> None:
+    """Copy runs of words, (k, 2) of their begins and ends."""
+    for k in range(len(used)):
+        for w in range(used[k, 0], used[k, 1]):
+            to[w] = of[w]
+
+
+@jit
+def begin_arm(
+    model: Any, used: Any, what: Any, words: Any, K: Any, given_words: Any, given: Any, work: Any, q: Any,
+    v: Any,
+) -> None:  # fmt: skip
+    """Make an arm what the model is in its used words, and begin at (q, v), (n,) each; words are K, given."""
+    if given.swings:
+        work[:] = 0
+    copy_words(model, used, words)
+    for w in range(GIVEN_WORDS):
+        given_words[w] = what[w]
+    start(K, given, q, v)
+
+
+@jit
+def tell_arm(K: Any, given: Any, A: Any, fault: Any, goes_on: int, weak: int, rows: Any, out: Any) -> None:
+    """Let an arm count on a fault of a joint, or that it works, as ``planner.report``."""
+    believe(K.faults, K.limits, given, fault, goes_on)
+    begin_to_believe(K, given)
+    count_on(K, given, rows, out)
+    if weak:
+        hold_up(K, A, fault.joint)
+
+
+@jit
 def begin_arms(
     model: Any, used: Any, what: Any, records_at: int, givens_at: int, works_at: int, mask: Any, q: Any,
     v: Any, found: Any, first: int, last: int,
 ) -> None:  # fmt: skip
-    """Make those arms that are meant what the model is in its used words, and begin at (q, v), (count, n)."""
+    """Begin those arms that are meant as the model, at (q, v), (count, n)."""
     count = len(mask)
-    words = carray(pointer(records_at), (count * RECORD_WORDS,), WORD)
-    given_words = carray(pointer(givens_at), (count * GIVEN_WORDS,), WORD)
-    work_words = carray(pointer(works_at), (count * WORK_WORDS,), WORD)
+    words = carray(pointer(records_at), (count, RECORD_WORDS), WORD)
+    given_words = carray(pointer(givens_at), (count, GIVEN_WORDS), WORD)
+    work_words = carray(pointer(works_at), (count, WORK_WORDS), WORD)
     records = carray(pointer(records_at), (count,), RECORD)
     givens = carray(pointer(givens_at), (count,), GIVEN)
     for r in range(first, last):
         if mask[r]:
-            if givens[r].swings:
-                for w in range(WORK_WORDS):
-                    work_words[r * WORK_WORDS + w] = 0
             found[r, : records[r].chain.n] = 0
-            copy_words(model, used, words[r * RECORD_WORDS : (r + 1) * RECORD_WORDS])
-            for w in range(GIVEN_WORDS):
-                given_words[r * GIVEN_WORDS + w] = what[w]
-            start(records[r], givens[r], q[r], v[r])
+            begin_arm(
+                model, used, what, words[r], records[r], given_words[r], givens[r], work_words[r], q[r], v[r]
+            )
 
 
 @jit
@@ -51,7 +77,7 @@ def tell_arms(
     records_at: int, givens_at: int, A: Any, fault: Any, mask: Any, news: Any, goes_on: Any, weak: int,
     rows: Any, out: Any, found: Any,
 ) -> None:  # fmt: skip
-    """Let arms to which it is news count on a fault of a joint, or that it works, as ``planner.report``.
+    """Let arms to which it is news count on a fault of a joint, or that it works.
 
     What was found of the joint is forgotten by all that are meant.
     """
@@ -60,12 +86,7 @@ def tell_arms(
     givens = carray(pointer(givens_at), (count,), GIVEN)
     for r in range(count):
         if news[r]:
-            K, given = records[r], givens[r]
-            believe(K.faults, K.limits, given, fault, goes_on[r])
-            begin_to_believe(K, given)
-            count_on(K, given, rows, out)
-            if weak:
-                hold_up(K, A, fault.joint)
+            tell_arm(records[r], givens[r], A, fault, goes_on[r], weak, rows, out)
         if mask[r] and records[r].monitor.names:
             forget_finding(records[r], fault.joint)
             found[r, fault.joint] = 0

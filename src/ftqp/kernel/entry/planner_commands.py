@@ -1,6 +1,7 @@
 """Commands to a planner between its steps, as compiled calls on its record."""
 
 from collections.abc import Mapping
+from copy import copy
 from typing import Any, final
 
 import numpy as np
@@ -86,8 +87,8 @@ class PlannerCommands:
         given.body_com[:], given.body_inertia[:] = chain.com[body], chain.inertia[body]
 
     def on(self, session: Session) -> "PlannerCommands":
-        """The same for a copy of the planner's session."""
-        other = PlannerCommands(session, self._arm, {})
+        """The same for a copy of the planner's session, with an arm of their own."""
+        other = PlannerCommands(session, copy(self._arm), {})
         other.memory[:] = self.memory
         return other
 

@@ -7,10 +7,9 @@ from ftqp.kernel.dtrnn.iterations import solve_network
 from ftqp.kernel.dtrnn.network import Problem
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.solution_check import kkt_residuals
-from ftqp.kernel.layout.flat_arrays import OPTIONS
 from ftqp.kernel.maths.elementary import matrix_view
 
-__all__ = ["OPTIONS", "solve_standalone"]
+__all__ = ["solve_standalone"]
 
 
 @jit

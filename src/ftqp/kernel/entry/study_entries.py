@@ -3,7 +3,6 @@
 from typing import Any
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.other_records import FACTS, FAILED_JOINTS, GOAL_SIZE
 from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.study.continuations import (
     aim,
@@ -15,8 +14,6 @@ from ftqp.kernel.study.continuations import (
 )
 from ftqp.kernel.study.solutions import correct, put_joints, self_motions_through, solve_goal, spread, trace
 from ftqp.kernel.study.task_values import decompose, error_rates, jacobian_rates, task_values
-
-__all__ = ["FACTS", "FAILED_JOINTS", "GOAL_SIZE"]
 
 
 @jit

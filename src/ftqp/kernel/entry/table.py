@@ -28,7 +28,7 @@ class Spec(NamedTuple):
 
     module: str  # Where the names in ``call`` and ``first`` are found
     takes: str  # Its arguments
-    call: str  # The call of the formula, which returns a number, a truth value or nothing (0)
+    call: str  # The call of the formula, or its name, which returns a number, a truth value or nothing (0)
     first: str = ""  # A call before it that may find a mistake (negative), which is then the answer
 
     def arguments(self) -> Iterator[tuple[str, str, str]]:
@@ -40,6 +40,13 @@ class Spec(NamedTuple):
             yield found[1], found[2] or "", found[3] or ""
 
     @property
+    def handed_on(self) -> str:
+        """All arguments but sizes of arrays, for a call."""
+        taken = list(self.arguments())
+        sizes = {size for _, _, shape in taken for size in re.findall(r"(?<![\w.])[a-z]\w*(?![\w.])", shape)}
+        return ", ".join(name for name, kind, _ in taken if kind or name not in sizes)
+
+    @property
     def signature(self) -> str:
         """A letter an argument, as an ``EntryPoint`` has them."""
         return "".join("o" if kind == OBJECT else "i" for _, kind, _ in self.arguments())
@@ -47,9 +54,11 @@ class Spec(NamedTuple):
     def function(self, name: str, joints: int = JOINTS) -> Callable[..., int]:
         """The Python function, for records with room for so many joints."""
         from ftqp.kernel.jit import carray, pointer  # numba, where the kernel is built
+        from ftqp.kernel.layout import enums, flat_arrays, other_records
 
         module = import_module(self.module)
-        words = {**vars(module), "carray": carray, "pointer": pointer, **NUMBERS}
+        numbers = vars(other_records) | vars(flat_arrays) | vars(enums)  # beside the module
+        words = {**numbers, **vars(module), "carray": carray, "pointer": pointer, **NUMBERS}
         words["words"] = dtype("record", joints).itemsize // 8
         taken, records, arrays = [], [], []
         for argument, kind, shape in self.arguments():
@@ -59,15 +68,16 @@ class Spec(NamedTuple):
             elif kind in KINDS:
                 words[f"_{kind}"] = dtype(kind, joints)
                 records.append(f"{argument} = carray(pointer({argument}_at), 1, _{kind})[0]")
-        formula = getattr(module, self.call.partition("(")[0])
+        call = self.call if "(" in self.call else f"{self.call}({self.handed_on})"
+        formula = getattr(module, call.partition("(")[0])
         result = getattr(formula, "py_func", formula).__annotations__.get("return")
         body = [*records, *arrays]
         if self.first:
             body += [f"code = {self.first}", "if code < 0:", "    return code"]
         if result is None:
-            body += [self.call, "return 0"]
+            body += [call, "return 0"]
         else:
-            body.append(f"return 1 if {self.call} else 0" if result is bool else f"return {self.call}")
+            body.append(f"return 1 if {call} else 0" if result is bool else f"return {call}")
         text = "\n    ".join([f"def _entry({', '.join(taken)}):", *body])
         exec(compile(text, f"<entry point {name}>", "exec"), words)
         made: Callable[..., int] = words["_entry"]
@@ -115,165 +125,98 @@ def _ticks() -> Iterator[str]:
 TEXT: Final = f"""
 {"".join(_ticks())}write_target ticks.accepted_inputs first alone
     takes target_at pose:object twist:object acceleration:object
-    calls write_target(target_at, pose, twist, acceleration)
-step ticks.steps first
-    takes K:record q:object v:object target:object row
+step ticks.steps first takes K:record q:object v:object target:object row
     after accept(K, q, v, target, row)
     calls run_cascade(K, prepare_plain(K), SOLVED)
-step_free ticks.steps
-    takes K:record F:free q:object v:object target:object row
+step_free ticks.steps takes K:record F:free q:object v:object target:object row
     after accept(K, q, v, target, row)
     calls settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED))
-step_joints ticks.steps demo
-    takes K:record joints:joints q:object v:object
+step_joints ticks.steps demo takes K:record joints:joints q:object v:object
     after accept_on_joints(K.state, K.task, K.gate, K.chain, q, v)
     calls step_on_joints(K, joints)
-closed_form_clock ticks.steps
-    takes K:record P:reduced q:object v:object target:object row
+closed_form_clock ticks.steps takes K:record P:reduced q:object v:object target:object row
     after accept(K, q, v, target, row)
     calls resolve(K, P, prepare_plain(K))
-closed_form_base ticks.steps
-    takes K:record P:reduced base:base q:object v:object target:object row
+closed_form_base ticks.steps takes K:record P:reduced base:base q:object v:object target:object row
     after accept(K, q, v, target, row)
     calls settle_on_base(K, base, resolve(K, P, prepare_on_base(K, base)))
-resolve_reduced closed_forms.closed_form_tick
-    takes P:reduced
-    calls resolve_reduced(P)
-kappa closed_forms.closed_form_tick
-    takes P:reduced
-    calls damp_reduced(P)
-kinematics ticks.arm_states first
-    takes K:arm nq
-    calls kinematics(K, nq)
-inverse_dynamics ticks.arm_states first
-    takes K:arm nq
-    calls inverse_dynamics(K, nq)
-torques ticks.arm_states first c
-    takes K:record
-    calls torques(K)
-servo_torques ticks.arm_states first
-    takes K:arm S:servo q:object v:object limit:object
-    calls servo_torques(K, S, q, v, limit)
+resolve_reduced closed_forms.closed_form_tick takes P:reduced
+kappa closed_forms.closed_form_tick takes P:reduced
+    calls damp_reduced
+kinematics ticks.arm_states first takes K:arm nq
+inverse_dynamics ticks.arm_states first takes K:arm nq
+torques ticks.arm_states first c takes K:record
+servo_torques ticks.arm_states first takes K:arm S:servo q:object v:object limit:object
 pair_distances scene.clearance demo nogil
     takes K:record q:f8[samples,K.chain.n] out:f8[samples,K.scene.pairs] samples
-    calls measure_all(K, q, out)
+    calls measure_all
 block ticks.block_of_ticks first
     takes K:record tick:object q:object v:object targets:object state:f8[2*K.chain.n] first count
           has_inertia rows:f8[count,width] width places:i8[PLACES]
-    calls block(K, tick, q, v, targets, state, first, has_inertia, rows, places)
 rollout entry.rollout nogil
-    takes model:i8[words] used:i8[runs,2] runs B:batch own:i8[words] K:record F:free n first last
-    calls rollout(model, used, B, own, K, F, n, first, last)
+    takes model:i8[words] used:i8[runs,2] runs what:i8[GIVEN_WORDS] B:batch A:arm
+          rows:f8[samples,A.chain.n*(A.chain.n+3)] samples out:reserve own:i8[words] K:record
+          mine:i8[GIVEN_WORDS] G:given work:i8[WORK_WORDS] F:free first last
 begin_arms entry.kept_arms nogil
     takes model:i8[words] used:i8[runs,2] runs what:i8[GIVEN_WORDS] records_at givens_at works_at
           mask:i1[count] q:f8[count,n] v:f8[count,n] found:i8[count,n] count n first last
-    calls begin_arms(model, used, what, records_at, givens_at, works_at, mask, q, v, found, first, last)
 tell_arms entry.kept_arms nogil
     takes records_at givens_at A:arm fault:fault mask:i1[count] news:i1[count] goes_on:i1[count] count weak
           rows:f8[samples,A.chain.n*(A.chain.n+3)] samples out:reserve found:i8[count,A.chain.n]
-    calls tell_arms(records_at, givens_at, A, fault, mask, news, goes_on, weak, rows, out, found)
 step_arms entry.kept_arms nogil
     takes records_at givens_at works_at mask:i1[count] targets:f8[count,TARGET_SIZE] q:f8[count,n]
           v:f8[count,n] sent:f8[count,2,n] found:i8[count,n] status:i8[count] error:f8[count,2]
           count n ticks first last
-    calls step_arms(records_at, givens_at, works_at, mask, targets, q, v, sent, found, status, error, ticks,
-          first, last)
-poses entry.kept_arms nogil
-    takes A:arm q:f8[count,A.chain.n] out:f8[count,16] count
-    calls poses(A, q, out)
-write_together commands.stops first alone
-    takes table:i8[rows,3] rows
-    calls write_together(table)
-follow_plan rows.plan_posture
-    takes K:record P:plan
-    calls follow_plan(K, P)
-believe commands.believed first c
-    takes K:record G:given fault:fault goes_on
+poses entry.kept_arms nogil takes A:arm q:f8[count,A.chain.n] out:f8[count,16] count
+write_together commands.stops first alone takes table:i8[rows,3] rows
+follow_plan rows.plan_posture takes K:record P:plan
+believe commands.believed first c takes K:record G:given fault:fault goes_on
     calls believe(K.faults, K.limits, G, fault, goes_on)
-respond commands.believed first c
-    takes K:record G:given joint
-    calls respond(K, G, joint)
-forget_finding commands.believed first c
-    takes K:record joint
-    calls forget_finding(K, joint)
-believed commands.believed first c
-    takes K:record G:given
-    calls begin_to_believe(K, G)
-sample_reserve commands.believed first c
-    takes A:arm rows:f8[samples,A.chain.n*(A.chain.n+3)] samples
-    calls sample(A, rows)
+respond commands.believed first c takes K:record G:given joint
+forget_finding commands.believed first c takes K:record joint
+believed commands.believed first c takes K:record G:given
+    calls begin_to_believe
+sample_reserve commands.believed first c takes A:arm rows:f8[samples,A.chain.n*(A.chain.n+3)] samples
+    calls sample
 reserve_shares commands.believed first
     takes rows:f8[samples,n*(n+3)] samples n a_max:f8[n] tau_max:f8[n] out:reserve
     calls reserve(rows, n, a_max, tau_max, out)
 count_on commands.believed first c
     takes K:record G:given rows:f8[samples,K.chain.n*(K.chain.n+3)] samples out:reserve
-    calls count_on(K, G, rows, out)
-hold_up commands.stops first c
-    takes K:record A:arm joint
-    calls hold_up(K, A, joint)
-ask_for_brake latches.settling c
-    takes K:record joint
+hold_up commands.stops first c takes K:record A:arm joint
+ask_for_brake latches.settling c takes K:record joint
     calls ask_for_brake(K.watch, K.feedback, joint)
-start commands.stops first c
-    takes K:record G:given q:f8[K.chain.n] v:f8[K.chain.n]
-    calls start(K, G, q, v)
-stop commands.stops first c
-    takes K:record reason
+start commands.stops first c takes K:record G:given q:f8[K.chain.n] v:f8[K.chain.n]
+stop commands.stops first c takes K:record reason
     calls stop(K.watch, reason)
-resume commands.stops first c
-    takes K:record
+resume commands.stops first c takes K:record
     calls resume(K.watch, K.feedback, K.chain)
-plan_going commands.going first
-    takes K:record A:arm W:going goes
-    calls plan_going(K, A, W, goes)
-write_going commands.going first
-    takes K:record W:going J:joints
-    calls write_going(K, W, J)
-is_left commands.going first
-    takes K:record W:going
-    calls is_left(K, W)
-look_up commands.going first
-    takes K:record W:going
+plan_going commands.going first takes K:record A:arm W:going goes
+write_going commands.going first takes K:record W:going J:joints
+is_left commands.going first takes K:record W:going
+look_up commands.going first takes K:record W:going
     calls look_up(W, K.chain.n, W.t)
-judge_going commands.going first
-    takes K:record W:going
-    calls judge_going(K, W)
-begins_anew commands.going first
-    takes K:record W:going
-    calls begins_anew(K, W)
-begin_going commands.going c
-    takes K:record G:given W:going J:joints q:f8[K.chain.n]
-    calls begin_going(K, G, W, J, q)
-carry commands.believed first c
-    takes K:record A:arm G:given payload:load
-    calls carry(K, A, G, payload)
-hold commands.surroundings first c
-    takes K:record G:given place:f8[16]
+judge_going commands.going first takes K:record W:going
+begins_anew commands.going first takes K:record W:going
+begin_going commands.going c takes K:record G:given W:going J:joints q:f8[K.chain.n]
+carry commands.believed first c takes K:record A:arm G:given payload:load
+hold commands.surroundings first c takes K:record G:given place:f8[16]
     calls hold(K.chain, G, place)
-aim commands.surroundings c
-    takes K:record G:given task target:f8[TARGET_SIZE]
+aim commands.surroundings c takes K:record G:given task target:f8[TARGET_SIZE]
     calls aim(K.terms, G, task, target)
-aim_joints commands.surroundings c
-    takes K:record task q:f8[K.chain.n]
+aim_joints commands.surroundings c takes K:record task q:f8[K.chain.n]
     calls aim_joints(K.terms, task, K.chain.n, q)
-move_thing commands.surroundings c
-    takes K:record thing place:f8[16] twist:f8[6]
+move_thing commands.surroundings c takes K:record thing place:f8[16] twist:f8[6]
     calls move_thing(K.scene, thing, place, twist)
-give_up latches.settling
-    takes K:record
+give_up latches.settling takes K:record
     calls give_up(K.task, K.terms, K.qp)
-begin_path commands.stops c-path
-    takes path:path
-    calls begin(path)
+begin_path commands.stops c-path takes path:path
+    calls begin
 miss_tick ticks.accepted_inputs
     takes K:record target:object row left q:f8[K.chain.n] later:f8[TARGET_SIZE] out:f8[TARGET_SIZE]
-    calls miss_tick(K, target, row, left, q, later, out)
-listen ticks.listening
-    takes K:record q:f8[K.chain.n] reference:f8[3,K.chain.n] tau:f8[K.chain.n]
-    calls listen(K, q, reference, tau)
-solve_qp entry.standalone_entries alone
-    takes Q:standalone
-    calls solve_standalone(Q)
+listen ticks.listening takes K:record q:f8[K.chain.n] reference:f8[3,K.chain.n] tau:f8[K.chain.n]
+solve_qp entry.standalone_entries alone takes Q:standalone
+    calls solve_standalone
 kkt entry.standalone_entries alone
     takes problem:f8[n*n+n+(m+p)*n+2*(n+m+p)] solution:f8[2*n+m+p] out:f8[4] n m p
     calls kkt(problem, solution, out, n, m, p)
@@ -285,16 +228,15 @@ solve_networks entry.standalone_entries nogil alone
 study_values entry.study_entries nogil
     takes S:study count q:f8[count,S.chain.n] e:f8[count,S.study.m] A:f8[count,S.study.m,S.chain.n]
           D:f8[count,S.study.m,S.chain.n] H:f8[count*rates,S.chain.n,S.study.m,S.chain.n] rates
-    calls values_at(S, q, e, A, D, H)
-study_clearances entry.study_entries nogil
-    takes S:study count q:f8[count,S.chain.n] out:f8[count]
-    calls clearances_at(S, q, out)
+    calls values_at
+study_clearances entry.study_entries nogil takes S:study count q:f8[count,S.chain.n] out:f8[count]
+    calls clearances_at
 study_solutions entry.study_entries demo nogil
     takes S:study count q:f8[count,S.chain.n] many goals:f8[many,GOAL_SIZE] left:f8[count,2] bounded near
-    calls solutions_from(S, q, goals, left, bounded, near)
+    calls solutions_from
 study_curve entry.study_entries nogil
     takes S:study q:f8[S.chain.n] path:f8[size,S.chain.n] size parts:f8[size]
-    calls curve_through(S, q, path, parts)
+    calls curve_through
 study_self_motions entry.study_entries nogil
     takes S:study k starts quiet c p goals:f8[k,GOAL_SIZE] start:f8[starts,S.chain.n] q:f8[k,c,p,S.chain.n]
           counts:i8[k] facts:f8[k,c,4] windings:i8[k,c,S.chain.n] path:f8[size,S.chain.n] size
@@ -319,70 +261,46 @@ continuations entry.study_entries nogil
 self_speed_tracks entry.study_entries nogil
     takes S:study C:continuation k samples goals:f8[samples,GOAL_SIZE] speeds:f8[k,samples-1]
           q:f8[k,samples,S.chain.n] facts:f8[k,2] first last
-    calls self_speed_tracks(S, C, goals, speeds, q, facts, first, last)
-know_arm search.known_arm demo nogil
-    takes W:ways K:record whole
-    calls know_arm(W, K, whole)
-draw_about search.asking demo nogil
-    takes W:ways q:f8[W.chain.n] seed
-    calls draw_about(W, q, seed)
-choose_rows search.asking demo nogil
-    takes W:ways rows has_axis
-    calls choose_rows(W, rows, has_axis)
-aim_at search.asking demo nogil
-    takes W:ways goal:f8[16]
-    calls aim_at(W, goal)
-begin_ways search.motion demo nogil
-    takes W:ways q:f8[W.chain.n]
-    calls begin_search(W, q)
-add_goal search.trees demo nogil
-    takes W:ways q:f8[W.chain.n]
-    calls add_goal(W, q)
-find_posture search.trees demo nogil c
-    takes W:ways looks
-    calls find_posture(W, looks)
-explore search.trees demo nogil
-    takes W:ways looks
-    calls explore(W, looks)
-lead_to search.trees demo nogil
-    takes W:ways node
-    calls lead_to(W, node)
-follow_path search.trees demo nogil
-    takes W:ways looks
-    calls follow_path(W, looks)
-search_step search.motion demo nogil
-    takes W:ways looks table:f8[rows,W.chain.n] raw:f8[rows,W.chain.n] rows
+know_arm search.known_arm demo nogil takes W:ways K:record whole
+draw_about search.asking demo nogil takes W:ways q:f8[W.chain.n] seed
+choose_rows search.asking demo nogil takes W:ways rows has_axis
+aim_at search.asking demo nogil takes W:ways goal:f8[16]
+begin_ways search.motion demo nogil takes W:ways q:f8[W.chain.n]
+    calls begin_search
+add_goal search.trees demo nogil takes W:ways q:f8[W.chain.n]
+find_posture search.trees demo nogil c takes W:ways looks
+explore search.trees demo nogil takes W:ways looks
+lead_to search.trees demo nogil takes W:ways node
+follow_path search.trees demo nogil takes W:ways looks
+search_step search.motion demo nogil takes W:ways looks table:f8[rows,W.chain.n] raw:f8[rows,W.chain.n] rows
     calls search_step(W, looks, table, raw, rows)
 deployed_step ticks.steps c
     takes K:record G:given F:free q:f8[K.chain.n] v:f8[K.chain.n] target:f8[TARGET_SIZE] ticks
           work:f8[TARGET_SIZE+2*K.chain.n]
-    calls deployed_step(K, G, F, q, v, target, ticks, work)
-deployed_seek search.asking c
-    takes W:ways K:record G:given goal:f8[16]
-    calls seek(W, K, G, goal)
-deployed_go ticks.steps c
-    takes K:record A:arm W:going J:joints q:f8[K.chain.n] v:f8[K.chain.n]
-    calls deployed_go(K, A, W, J, q, v)
+deployed_seek search.asking c takes W:ways K:record G:given goal:f8[16]
+    calls seek
+deployed_go ticks.steps c takes K:record A:arm W:going J:joints q:f8[K.chain.n] v:f8[K.chain.n]
 deployed_follow ticks.steps c-path
     takes K:record G:given F:free path:path table:f8[rows,COLUMNS] rows q:f8[K.chain.n] v:f8[K.chain.n]
           ticks work:f8[TARGET_SIZE+2*K.chain.n]
-    calls deployed_follow(K, G, F, path, table, q, v, ticks, work)
 """
 """An entry point: its name, the module of ``ftqp.kernel`` where the names in its calls are found, and words:
 ``first`` and ``demo`` (what the demo needs), ``alone`` (it knows no robot), ``nogil``, and ``c``,
 ``c-path`` (``ftqp build`` puts it into a library, always, with a path). Then
-what it takes, the call that may find a mistake in that, and the call whose answer is its own."""
+what it takes, the call that may find a mistake in that, and the call whose answer is its own: where only a
+name is said, or nothing, which is its own name, that is called with all that is taken but sizes of arrays."""
 
 
 def _read(text: str) -> dict[str, tuple[Spec, list[str]]]:
     """The specification of every entry point, and the words that it has, by name."""
     found: dict[str, tuple[Spec, list[str]]] = {}
     for block in re.split(r"\n(?=\w)", text.strip()):
-        head, *lines = (" ".join(line.split()) for line in re.split(r"\n    (?=\w)", block))
+        head, *said = re.split(r" (takes|after|calls) ", " ".join(block.split()))
         name, module, *words = head.split()
-        said = dict(line.split(" ", 1) for line in lines)
-        spec = Spec(f"ftqp.kernel.{module}", said["takes"], said["calls"], said.get("after", ""))
-        found[name] = (spec, words)
+        given = dict(zip(said[::2], said[1::2], strict=True))
+        call = given.get("calls", name)
+        spec = Spec(f"ftqp.kernel.{module}", given["takes"], call, given.get("after", ""))
+        found[name] = spec, words
     return found
 
 

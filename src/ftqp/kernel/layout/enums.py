@@ -1,7 +1,7 @@
 """Every code that the record carries, each enumeration once.
 
 Compiled code compares plain integers: ``numbered`` gives those of an enumeration names in its module. Whoever
-shows a code to a person reads its name here.
+shows a code to a person reads its name here. The members of one that is a line count from 0.
 """
 
 import sys
@@ -36,57 +36,29 @@ TASK_ROWS: Final = 6
 SETS: Final = 3
 """The most sets of rows that a task may be reduced to, one after the other."""
 
+Level = IntEnum("Level", "VELOCITY ACCELERATION", start=0)
+"""What the QP decides."""
+numbered()(Level)
 
-@numbered()
-class Level(IntEnum):
-    """What the QP decides."""
+Mode = IntEnum("Mode", "HARD SLACK SCALED LEXICOGRAPHIC", start=0)
+"""What becomes of the task where it cannot be kept."""
+numbered(SCALED="SCALE")(Mode)
 
-    VELOCITY = 0
-    ACCELERATION = 1
+Conversion = IntEnum("Conversion", "VIABILITY JIN ONE_STEP", start=0)
+"""How joint limits become one interval a joint."""
+numbered()(Conversion)
 
+JointCode = IntEnum("JointCode", "HEALTHY BRAKING LOCKED FREE INSTANT MEASURED", start=0)
+"""What is believed of a joint; an INSTANT lock jumps to LOCKED at the next tick.
 
-@numbered(SCALED="SCALE")
-class Mode(IntEnum):
-    """What becomes of the task where it cannot be kept."""
+A joint without motor and brake is MEASURED: nobody commands it, and the others make up for where it is
+seen to go. It is FREE where it swings as its dynamics say.
+"""
+numbered()(JointCode)
 
-    HARD = 0
-    SLACK = 1
-    SCALED = 2
-    LEXICOGRAPHIC = 3
-
-
-@numbered()
-class Conversion(IntEnum):
-    """How joint limits become one interval a joint."""
-
-    VIABILITY = 0
-    JIN = 1
-    ONE_STEP = 2
-
-
-@numbered()
-class JointCode(IntEnum):
-    """What is believed of a joint; an INSTANT lock jumps to LOCKED at the next tick.
-
-    A joint without motor and brake is MEASURED: nobody commands it, and the others make up for where it is
-    seen to go. It is FREE where it swings as its dynamics say.
-    """
-
-    HEALTHY = 0
-    BRAKING = 1
-    LOCKED = 2
-    FREE = 3
-    INSTANT = 4
-    MEASURED = 5
-
-
-@numbered("RESET_{}")
-class Reset(IntEnum):
-    """What the velocities of the other joints do when one is locked at once."""
-
-    KINEMATIC = 0
-    MOMENTUM = 1
-    TASK = 2
+Reset = IntEnum("Reset", "KINEMATIC MOMENTUM TASK", start=0)
+"""What the velocities of the other joints do when one is locked at once."""
+numbered("RESET_{}")(Reset)
 
 
 @numbered()
@@ -100,20 +72,9 @@ class Claim(IntEnum):
     OUT_OF_TIME = 4
 
 
-@numbered()
-class Status(IntEnum):
-    """What a step says to the operator; the sentences are those of ``ftqp.StepStatus``."""
-
-    OK = 0
-    RELAXED = 1
-    SCALED = 2
-    LAGGING = 3
-    FALLBACK = 4
-    STOPPING = 5
-    STOPPED = 6
-    INVALID_INPUT = 7
-    HELD = 8
-
+Status = IntEnum("Status", "OK RELAXED SCALED LAGGING FALLBACK STOPPING STOPPED INVALID_INPUT HELD", start=0)
+"""What a step says to the operator; the sentences are those of ``ftqp.StepStatus``."""
+numbered()(Status)
 
 NEWS: Final = 64
 """Is added to the status of a tick in which the monitor has found something, or taken it back."""
@@ -130,51 +91,25 @@ class Unusable(IntEnum):
     """The loop was late: nothing was measured at that tick, and no sensor is to blame."""
 
 
-@numbered("{}_DRIVE")
-class DriveKind(IntEnum):
-    """What the arm takes."""
+DriveKind = IntEnum("DriveKind", "POSITION VELOCITY TORQUE", start=0)
+"""What the arm takes."""
+numbered("{}_DRIVE")(DriveKind)
 
-    POSITION = 0
-    VELOCITY = 1
-    TORQUE = 2
+StopReason = IntEnum(
+    "StopReason",
+    "NONE ASKED ERROR FALLBACKS SENSOR DEVIATION LAG FREE_JOINT OVERLOAD SECOND_FREE CLEARANCE SCENE",
+    start=0,
+)
+"""Why a stop is latched; the sentences are those of ``ftqp.Planner.stopped_because``."""
+numbered("STOPPED_BY_{}", NONE="NOT_STOPPED", ASKED="STOPPED_AS_ASKED")(StopReason)
 
+Going = IntEnum("Going", "MOVING REACHED UNREACHABLE HALTED RESTLESS", start=0)
+"""Where an arm stands on its way to a posture; an arm in C has no other."""
+numbered("GOING_{}")(Going)
 
-@numbered("STOPPED_BY_{}", NONE="NOT_STOPPED", ASKED="STOPPED_AS_ASKED")
-class StopReason(IntEnum):
-    """Why a stop is latched; the sentences are those of ``ftqp.Planner.stopped_because``."""
-
-    NONE = 0
-    ASKED = 1
-    ERROR = 2
-    FALLBACKS = 3
-    SENSOR = 4
-    DEVIATION = 5
-    LAG = 6
-    FREE_JOINT = 7
-    OVERLOAD = 8
-    SECOND_FREE = 9
-    CLEARANCE = 10
-    SCENE = 11
-
-
-@numbered("GOING_{}")
-class Going(IntEnum):
-    """Where an arm stands on its way to a posture; an arm in C has no other."""
-
-    MOVING = 0
-    REACHED = 1
-    UNREACHABLE = 2
-    HALTED = 3
-    RESTLESS = 4
-
-
-@numbered("{}_BRAKES", EACH="EACH_BRAKE", NONE="NO_BRAKES")
-class Brakes(IntEnum):
-    """Which brakes an arm has, by the names that ``ftqp.Drive`` gives them."""
-
-    EACH = 0
-    ALL = 1
-    NONE = 2
+Brakes = IntEnum("Brakes", "EACH ALL NONE", start=0)
+"""Which brakes an arm has, by the names that ``ftqp.Drive`` gives them."""
+numbered("{}_BRAKES", EACH="EACH_BRAKE", NONE="NO_BRAKES")(Brakes)
 
 
 @numbered()
@@ -225,15 +160,9 @@ class Stage(IntEnum):
     """None: the answer is the command."""
 
 
-@numbered("BY_{}", NONE="NO_LIMIT")
-class Limit(IntEnum):
-    """Which limit set an end of a joint's interval."""
-
-    NONE = 0
-    ACCELERATION = 1
-    VELOCITY = 2
-    POSITION = 3
-    FAULT = 4
+Limit = IntEnum("Limit", "NONE ACCELERATION VELOCITY POSITION FAULT", start=0)
+"""Which limit set an end of a joint's interval."""
+numbered("BY_{}", NONE="NO_LIMIT")(Limit)
 
 
 @numbered()
@@ -254,27 +183,17 @@ class FreeMode(IntEnum):
     """They follow the task and make up for where the joint is seen to go: nobody knows yet that it swings."""
 
 
-@numbered("{}_KEPT", POSITION_AXIS="AXIS_KEPT")
-class Kept(IntEnum):
-    """What is kept of a pose while a joint swings freely."""
+Kept = IntEnum("Kept", "NOTHING POSITION POSITION_AXIS POSE", start=0)
+"""What is kept of a pose while a joint swings freely."""
+numbered("{}_KEPT", POSITION_AXIS="AXIS_KEPT")(Kept)
 
-    NOTHING = 0
-    POSITION = 1
-    POSITION_AXIS = 2
-    POSE = 3
-
-
-@numbered(NONE="NOT_REFUSED", TORQUE="TOO_WEAK")
-class Refusal(IntEnum):
-    """Why a set of rows cannot be kept while a joint swings freely."""
-
-    NONE = 0
-    NO_POSTURE = 1
-    NO_GAIN = 2
-    OFF_THE_WAY = 3
-    STOP_TOUCHED = 4
-    TORQUE = 5
-    OFF_IN_THE_END = 6
+Refusal = IntEnum(
+    "Refusal",
+    "NONE NO_POSTURE NO_GAIN OFF_THE_WAY STOP_TOUCHED TORQUE OFF_IN_THE_END",
+    start=0,
+)
+"""Why a set of rows cannot be kept while a joint swings freely."""
+numbered(NONE="NOT_REFUSED", TORQUE="TOO_WEAK")(Refusal)
 
 
 @numbered(
@@ -322,27 +241,13 @@ DELAYS: Final = 64
 HISTORY: Final = 64
 """Capacity: given targets that are kept."""
 
+Attitude = IntEnum("Attitude", "ESTIMATED NOMINAL MEASURED", start=0)
+"""Which attitude of a moving base turns the inertial error into the base's axes."""
+numbered("{}_ATTITUDE")(Attitude)
 
-@numbered("{}_ATTITUDE")
-class Attitude(IntEnum):
-    """Which attitude of a moving base turns the inertial error into the base's axes."""
-
-    ESTIMATED = 0
-    NOMINAL = 1
-    MEASURED = 2
-
-
-@numbered("BASE_{}")
-class BaseCode(IntEnum):
-    """How a task in inertial space goes; the sentences are those of ``ftqp.BaseStatus``."""
-
-    TRACKING = 0
-    SATURATED = 1
-    RANK_DEFICIENT = 2
-    UNREACHABLE = 3
-    STALE = 4
-    HALTED = 5
-
+BaseCode = IntEnum("BaseCode", "TRACKING SATURATED RANK_DEFICIENT UNREACHABLE STALE HALTED", start=0)
+"""How a task in inertial space goes; the sentences are those of ``ftqp.BaseStatus``."""
+numbered("BASE_{}")(BaseCode)
 
 HAS_TIP: Final = 1
 """What is measured at a tick of a moving base, bit by bit."""
@@ -353,35 +258,17 @@ HAS_BASE: Final = 4
 HAS_TWIST: Final = 8
 """The twist of the base."""
 
+ClosedForm = IntEnum("ClosedForm", "PSEUDOINVERSE DAMPED APPROXIMATE", start=0)
+"""Closed forms: x = J^+ b with scaled columns, its damped form, or the approximate pseudoinverse."""
+numbered()(ClosedForm)
 
-@numbered()
-class ClosedForm(IntEnum):
-    """Closed forms: x = J^+ b with scaled columns, its damped form, or the approximate pseudoinverse."""
+Rule = IntEnum("Rule", "BOUND BOUND_2 TIGHT ROW EXACT_2 EXACT_INF", start=0)
+"""Rules of the damping factor, see ``ftqp.kernel.closed_forms.closed_form_tick``."""
+numbered()(Rule)
 
-    PSEUDOINVERSE = 0
-    DAMPED = 1
-    APPROXIMATE = 2
-
-
-@numbered()
-class Rule(IntEnum):
-    """Rules of the damping factor, see ``ftqp.kernel.closed_forms.closed_form_tick``."""
-
-    BOUND = 0
-    BOUND_2 = 1
-    TIGHT = 2
-    ROW = 3
-    EXACT_2 = 4
-    EXACT_INF = 5
-
-
-@numbered()
-class Iteration(IntEnum):
-    """Methods of the network, by formula in ``ftqp.kernel.dtrnn.iterations``."""
-
-    LVI94 = 0
-    E47 = 1
-    IMPLICIT = 2
+Iteration = IntEnum("Iteration", "LVI94 E47 IMPLICIT", start=0)
+"""Methods of the network, by formula in ``ftqp.kernel.dtrnn.iterations``."""
+numbered()(Iteration)
 
 
 @numbered()
@@ -393,34 +280,20 @@ class CurveEnd(IntEnum):
     UNFINISHED = 2  # its memory was full
 
 
-@numbered()
-class Ending(IntEnum):
-    """What becomes of the tip: at the goal, at rest elsewhere, no rest, at a singularity, or not known."""
+Ending = IntEnum("Ending", "CORRECT ERRONEOUS NONE SINGULAR UNRESOLVED", start=0)
+"""What becomes of the tip: at the goal, at rest elsewhere, no rest, at a singularity, or not known."""
+numbered()(Ending)
 
-    CORRECT = 0
-    ERRONEOUS = 1
-    NONE = 2
-    SINGULAR = 3
-    UNRESOLVED = 4
+Survival = IntEnum(
+    "Survival",
+    "SURVIVED LIMIT VELOCITY SINGULAR SINGULAR_VELOCITY NOT_CONVERGED NOMINAL ERROR STRUCTURAL TOO_NEAR",
+    start=0,
+)
+"""How the continuation of one pair of joint and instant ends.
 
-
-@numbered(VELOCITY="LOST_BY_VELOCITY", SINGULAR="LOST_BY_SINGULARITY")
-class Survival(IntEnum):
-    """How the continuation of one pair of joint and instant ends.
-
-    The path is finished, or it is not: a joint meets its position limit, a joint would have to be too fast,
-    the joints that are left become singular, at once or so that a speed limit is met first, no solution is
-    found, the plan itself is outside its limits at the failure, the error leaves its tolerance, the joint is
-    one that this task can never do without, or a body comes too near to another one.
-    """
-
-    SURVIVED = 0
-    LIMIT = 1
-    VELOCITY = 2
-    SINGULAR = 3
-    SINGULAR_VELOCITY = 4
-    NOT_CONVERGED = 5
-    NOMINAL = 6
-    ERROR = 7
-    STRUCTURAL = 8
-    TOO_NEAR = 9
+The path is finished, or it is not: a joint meets its position limit, a joint would have to be too fast,
+the joints that are left become singular, at once or so that a speed limit is met first, no solution is
+found, the plan itself is outside its limits at the failure, the error leaves its tolerance, the joint is
+one that this task can never do without, or a body comes too near to another one.
+"""
+numbered(VELOCITY="LOST_BY_VELOCITY", SINGULAR="LOST_BY_SINGULARITY")(Survival)

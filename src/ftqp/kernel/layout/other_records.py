@@ -29,7 +29,7 @@ LONG_WAY: Final = 60.0
 VARIABLES, ROWS, CONSTRAINTS = 128, 64, 512
 """The most of each of a QP that the active set solves alone."""
 ARRAYS: Final = (
-    "q", "v", "targets", "beliefs", "events", "starts", "skipped",
+    "q", "v", "targets", "faults", "events", "starts",
     "position_error", "rotation_error", "clearance", "counts", "first_bad", "trace",
 )  # fmt: skip
 """Of ``ftqp.kernel.entry.rollouts.Batch``."""
@@ -278,8 +278,7 @@ plan  A plan that leads the null space; its rows are arrays beside it.
 batch  How many arms and ticks there are, and where the arrays of all arms lie.
     arms ticks  i8
     every  i8  after how many ticks q is kept, 0 keeps none
-    believed  i8  how many ``beliefs`` there are
-    returns  i8  the posture of each arm is its own start
+    kinds  i8  how many ``faults`` there are
     stop  i8  all are to end now
     {" ".join(f"{name}_at" for name in ARRAYS)}  i8
 standalone  What a solver alone has beside its QP.

@@ -308,10 +308,8 @@ measured or leads the arm, need not be lent.
 OF_ROOMS = {
     "record": tuple(ROOMS),
     "arm": ("state", "kinematics", "chain"),
-    "belief": ("faults", "limits"),
 }
-"""Records of rooms that begin lines of the cache: a planner's, that of an arm without a planner, and the
-rooms that faults are written into."""
+"""Records of rooms that begin lines of the cache: a planner's, and that of an arm without a planner."""
 BESIDE = {"study": (*OF_ROOMS["arm"], "ahead", "scene"), "ways": ("chain", "ahead", "scene", "keeps")}
 """The rooms of a planner in records that have one of their own first."""
 KINDS = (*OF_ROOMS, *OTHERS, *WAYS)

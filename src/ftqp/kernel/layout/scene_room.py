@@ -31,17 +31,9 @@ BODY_CORNERS = 2048
 """The most corners of the bodies of an arm. A convention, which sizes memory: a Panda's meshes have 1,000."""
 
 
-@numbered()
-class Shape(IntEnum):
-    """What an obstacle is; spheres and capsules are segments."""
-
-    NOTHING = 0
-    SEGMENT = 1
-    HALF_SPACE = 2
-    BOX = 3
-    CYLINDER = 4
-    HULL = 5
-
+Shape = IntEnum("Shape", "NOTHING SEGMENT HALF_SPACE BOX CYLINDER HULL", start=0)
+"""What an obstacle is; spheres and capsules are segments."""
+numbered()(Shape)
 
 TERMS = 8
 """The most tasks that a planner may have beside that of the tip. A convention, which sizes memory."""
@@ -49,16 +41,9 @@ PLACES_OF = TERMS + 1
 """Places for them: the one behind the planner's own draws the tip to rows that were given up."""
 
 
-@numbered(JOINTS="JOINT_PLACES")
-class TermKind(IntEnum):
-    """What a further task asks for."""
-
-    FRAME = 0
-    AXIS = 1
-    MASS = 2
-    JOINTS = 3
-    OWN = 4
-
+TermKind = IntEnum("TermKind", "FRAME AXIS MASS JOINTS OWN", start=0)
+"""What a further task asks for."""
+numbered(JOINTS="JOINT_PLACES")(TermKind)
 
 BESIDE_TIP, BEFORE_SCHEME = 1, 2
 """How a term stands in the objective where it does not by its weight alone, which is 0."""

@@ -16,8 +16,6 @@ from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.study.task_values import task_values
 
-ALL: Final = (1 << WIDTH) - 1
-"""Every one of the eight."""
 TINY: Final = 1e-300
 """Keeps a quotient of two zeros a number. A convention: rounding of any other quotient is more."""
 FLOOR: Final = 1e-30

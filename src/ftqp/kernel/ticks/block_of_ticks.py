@@ -8,9 +8,6 @@ from ftqp.kernel.arm.kinematics import motion
 from ftqp.kernel.jit import jit, nanoseconds, tick_of
 from ftqp.kernel.judge.solution_check import torques_without_inertia
 from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, INFEASIBLE, RELAXED, SOLVED, VELOCITY
-from ftqp.kernel.layout.flat_arrays import PLACES
-
-__all__ = ["PLACES"]
 
 
 @jit

@@ -32,7 +32,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_AS_ASKED,
     TARGET_SIZE,
 )
-from ftqp.kernel.layout.flat_arrays import COLUMNS, VALID
+from ftqp.kernel.layout.flat_arrays import VALID
 from ftqp.kernel.layout.thresholds import MOST_TICKS, RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.rows.inertial_target import base_verdict
@@ -50,10 +50,7 @@ from ftqp.kernel.ticks.tick import (
 
 FLOAT = np.dtype(np.float64)
 
-__all__ = [
-    "COLUMNS", "FLOAT", "TARGET_SIZE", "prepare_free", "prepare_on_base", "prepare_on_path", "prepare_plain",
-    "prepare_rich", "resolve",
-]  # fmt: skip
+__all__ = ["prepare_free", "prepare_on_base", "prepare_on_path", "prepare_plain", "prepare_rich", "resolve"]
 
 
 @part_jit

@@ -13,10 +13,11 @@ import numpy as np
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError, nearest, unknown
 from ftqp.kernel.layout.enums import Claim as Claim
+from ftqp.qp.problem import Sized
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class QPBuffers:
+class QPBuffers(Sized):
     """One QP and its solution as preallocated arrays.
 
     min 1/2 x'Hx + g'x, Ax = b, l <= Cx <= u, lb <= x <= ub.
@@ -104,21 +105,6 @@ class QPBuffers:
             lb=lower[:n], ub=upper[:n], x=solution[:n], multipliers=multipliers, y=multipliers[n : n + m],
             z=multipliers[n + m :], z_box=multipliers[:n], constant_hessian=constant_hessian,
         )  # fmt: skip
-
-    @property
-    def n(self) -> int:
-        """Number of variables."""
-        return len(self.g)
-
-    @property
-    def m(self) -> int:
-        """Number of equality rows."""
-        return len(self.b)
-
-    @property
-    def p(self) -> int:
-        """Number of two-sided rows."""
-        return len(self.l)
 
 
 UNSOLVED = (Claim.MAX_ITERATIONS, Claim.FAILED)

@@ -496,9 +496,6 @@ class TalliedRows(RowSink):
         return self._tally.facts(self._metadata)
 
 
-__all__ = ["STATUSES", "STOP_CODES", "failed_joint_motion", "following_error", "is_sensed", "summary"]
-
-
 def summary(log: Log) -> dict[str, Any]:
     """What happened in a run, ready for ``summary.json``; SI units, ``None`` where there is nothing to tell.
 
@@ -515,15 +512,3 @@ def summary(log: Log) -> dict[str, Any]:
 def is_sensed(log: Log) -> bool:
     """Whether the log keeps what was sent and what was measured beside what was true."""
     return f"q_command.{log.metadata['joints'][0]}" in log
-
-
-def following_error(log: Log) -> FloatArray:
-    """What was sent for a tick minus where the joint truly was then, (K, nv) [rad or m]."""
-    return Following().add(log)
-
-
-def failed_joint_motion(log: Log) -> dict[str, float]:
-    """How far each locked joint has moved since it came to rest, each free one since it failed [rad or m]."""
-    motion = Motion(log.metadata)
-    motion.add(log)
-    return motion.by_joint

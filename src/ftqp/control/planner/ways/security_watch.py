@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple, final
+from typing import Final, NamedTuple, final
 from weakref import WeakSet
 
 import numpy as np
@@ -19,11 +19,11 @@ from ftqp.control.planner.ways.n_minus_one import Loss, NMinusOne, Security
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.clock import give_way
 from ftqp.core.pose import rotation_exp, rotation_vector, transform
+from ftqp.faults.belief import fault_record
 from ftqp.faults.kinds import Locked
-from ftqp.kernel.entry.rollouts import Batch, beliefs_of
+from ftqp.kernel.entry.rollouts import Batch, drive_some
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import SLACK, TARGET_POSE, TARGET_TWIST, Status
-from ftqp.kernel.layout.record import dtype, used_words
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -73,7 +73,6 @@ class _Look:
     Attributes:
         now: What is looked at.
         what_ifs: What every arm begins with; a copy that nobody else writes into.
-        belief: What is believed there.
         lost: The joints that are locked in thought.
         sides: Directions along self-motions, (k, nv).
         batch: Every start with every lock, the present posture first, then those aside; None before the
@@ -83,7 +82,6 @@ class _Look:
 
     now: _Now
     what_ifs: RolloutSetup
-    belief: bytes
     lost: tuple[int, ...]
     sides: FloatArray
     batch: Batch | None = None
@@ -121,7 +119,6 @@ class SecurityWatch:
         self._look: _Look | None = None
         self._what_ifs: RolloutSetup | None = None
         self._belief = b""
-        self._beliefs: tuple[bytes, Any] | None = None  # the thread's: what is believed with each lock
         self._path: tuple[Path, float] | None = None
         self._count = 0
         task = session.K.task
@@ -143,7 +140,7 @@ class SecurityWatch:
 
     def forked(self) -> None:
         """In a process that was forked off: the thread stayed behind, and its look is begun anew."""
-        self._pool = self._running = self._beliefs = None
+        self._pool = self._running = None
         if self._look is not None:
             self._look = replace(self._look, batch=None, done=0)
 
@@ -168,6 +165,7 @@ class SecurityWatch:
             self._what_ifs, self._belief = self._make(), belief
             task = self._what_ifs.session.K.task
             task.mode, task.sets = SLACK, 0
+            self._what_ifs.commands.given.has_posture = 0  # each returns to its own start
         return self._what_ifs
 
     def _thread(self) -> ThreadPoolExecutor:
@@ -216,7 +214,7 @@ class SecurityWatch:
         lost = tuple(  # joints with a motor of their own
             i for i in range(chain.floating, self._robot.nv) if working[i] and chain.lead[i] == i
         )
-        return _Look(now, self._know(), self._view.belief, lost, np.zeros((0, self._robot.nv)))
+        return _Look(now, self._know(), lost, np.zeros((0, self._robot.nv)))
 
     def _sides(self, now: _Now) -> FloatArray:
         """Directions along self-motions to both sides, (k, nv), the largest entry 1; none where not led."""
@@ -278,24 +276,16 @@ class SecurityWatch:
     def _batch(self, look: _Look, starts: FloatArray) -> Batch:
         """Every start with every lock, the locks of the first start first."""
         n, joints, arms = self._robot.nv, look.lost, len(starts) * len(look.lost)
-        if self._beliefs is None or self._beliefs[0] != look.belief:
-            rooms = []
-            for i in joints:
-                rooms.append(look.what_ifs.believing((Locked(self._robot.joints[i]),)))
-                give_way()
-            self._beliefs = look.belief, beliefs_of(rooms)
-        events = np.array(
-            [(0, k % len(joints), joints[k % len(joints)]) for k in range(arms)], dtype=np.int64
-        )
+        locks = [fault_record(i, Locked(self._robot.joints[i])) for i in joints] or [fault_record(0, None)]
+        events = np.array([(0, k % len(joints), 0) for k in range(arms)], dtype=np.int64)
         return Batch(
             q=np.repeat(starts[:, 0], len(joints), axis=0),
             v=np.repeat(starts[:, 1], len(joints), axis=0),
             targets=targets_ahead(
                 look.now.path, look.now.packed, look.now.tip,
                 self._dt * np.arange(self._ticks, dtype=np.float64),
-            ), beliefs=self._beliefs[1],
-            events=events.reshape(-1, 3), starts=np.arange(arms + 1, dtype=np.int64),
-            skipped=np.zeros(arms, dtype=np.int64), returns=True, every=0,
+            ), faults=np.concatenate(locks), events=events.reshape(-1, 3),
+            starts=np.arange(arms + 1, dtype=np.int64), every=0,
             position_error=np.zeros(arms), rotation_error=np.zeros(arms), clearance=np.full(arms, np.inf),
             counts=np.zeros((arms, len(Status)), dtype=np.int64), first_bad=np.full(arms, -1, dtype=np.int64),
             trace=np.zeros((arms, 0, n)),
@@ -303,14 +293,11 @@ class SecurityWatch:
 
     def _roll_on(self, look: _Look) -> None:
         """What becomes of the next arms of a look, as many as the budget has."""
-        batch, session = look.batch, look.what_ifs.session
+        batch, setup = look.batch, look.what_ifs
         assert batch is not None
         last = min(look.done + max(1, self._settings.budget // self._ticks), len(batch.q))
         if last > look.done:
-            own, free = np.zeros(1, dtype("record")), np.zeros(1, dtype("free"))
-            n = batch.q.shape[1]
-            used = used_words(n)
-            session.bind("rollout", used, len(used), batch.record(), own, own, free, n, look.done, last)()
+            drive_some(setup.session, setup.commands, setup.samples, batch.record(), look.done, last)
         look.done = last
 
     def _loss(self, batch: Batch, k: int, joint: str) -> Loss:
