@@ -137,7 +137,7 @@ def test_a_lock_is_found_about_when_that_was_said(speed, joint):
         k += 1
     after = (k - 200) * DT
     assert planner.findings[0].joint == STRANGE.joints[joint]
-    assert said / 2.0 - DT < after < 2.0 * said + 0.05  # to a look
+    assert 0.4 * said < after < 2.0 * said + 0.05  # friction, which counts where a joint stands, comes late
 
 
 def swapped(q):
