@@ -486,3 +486,40 @@ def test_a_finding_is_logged_in_a_sentence(caplog):
 def test_true_is_a_detector_on_every_drive():
     for drive in ("position", "velocity", "torque"):
         assert started(PANDA, dt=FAST, drive=drive, detector=True).diagnosis is not None
+
+
+@pytest.mark.parametrize(("sigma", "encoder"), [(2e-4, None), (2e-5, 1.5e-3)], ids=["noise", "coarse"])
+def test_noise_of_encoders_does_not_hide_what_a_rotor_takes(sigma, encoder):
+    """In the estimate's own terms it drew m to nothing, and what a joint then took looked like a fault."""
+    dt, wn, rng = 4e-3, 40.0, np.random.default_rng(1)
+    p, arm = started(PANDA, dt=dt, drive=ftqp.Drive(takes_velocity=False)), arm_of(PANDA, dt, wn, sigma=sigma)
+    for _ in range(10):
+        motion = ftqp.GoTo(p, q=PANDA.neutral + rng.uniform(-0.4, 0.4, PANDA.nv))
+        while not motion.done:
+            q = arm.measured()
+            arm.command(motion.step(q if encoder is None else encoder * np.round(q / encoder)))
+    assert not p.findings and p.stopped_because is None
+    assert 0.5 < np.mean(p.learned.values[:, 1]) * wn**2 < 1.2
+
+
+def test_a_joint_that_creeps_against_its_friction_learns_no_droop():
+    """What held it as it crept one way was taken for a droop, and when it turned it was called locked."""
+    wn, dry, angle, swing = 40.0, 0.01, 0.0, 0.0
+    p, arm = (
+        started(PANDA, dt=2e-3, drive=ftqp.Drive(takes_velocity=False)),
+        arm_of(PANDA, 2e-3, wn, sigma=1e-4),
+    )
+    arm.dry[0] = dry * wn**2
+    for k in range(5000):
+        t = 2e-3 * k
+        if t < 4.0:
+            swing = 0.4 * np.sin(np.pi * t)
+        else:
+            swing += np.clip((0.025 if t < 7.0 else -0.025) - swing, -2e-3, 2e-3)
+        angle += 2e-3 * swing
+        pose = PANDA.pose(PANDA.neutral + angle * (np.arange(7) == 0))
+        arm.command(p.step(arm.measured(), None, ftqp.Target(pose=pose)))
+        if k == 3500:
+            friction, droop = p.learned.values[0, 2:4]
+            assert abs(friction - dry) < 3e-3 and abs(droop) < 3e-3
+    assert not p.findings

@@ -32,7 +32,14 @@ from ftqp.kernel.layout.enums import (
     VELOCITY_DRIVE,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import COARSEST, GEAR, SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR, UNLIMITED
+from ftqp.kernel.layout.thresholds import (
+    COARSEST,
+    GEAR,
+    SERVO_DRIFT,
+    SERVO_PRIOR,
+    SPEED_SERVO_PRIOR,
+    UNLIMITED,
+)
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.torques import (
     A_RADIAN,
