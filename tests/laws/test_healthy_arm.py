@@ -511,12 +511,12 @@ def test_a_joint_that_creeps_against_its_friction_learns_no_droop():
     )
     arm.dry[0] = dry * wn**2
     for k in range(5000):
-        t = 2e-3 * k
+        t = dt * k
         if t < 4.0:
             swing = 0.4 * np.sin(np.pi * t)
         else:
             swing += np.clip((0.025 if t < 7.0 else -0.025) - swing, -2e-3, 2e-3)
-        angle += 2e-3 * swing
+        angle += dt * swing
         pose = PANDA.pose(PANDA.neutral + angle * (np.arange(7) == 0))
         arm.command(p.step(arm.measured(), None, ftqp.Target(pose=pose)))
         if k == 3500:
