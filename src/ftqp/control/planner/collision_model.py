@@ -79,11 +79,6 @@ class CollisionModel:
         return self._now.left_out
 
     @property
-    def whole(self) -> int:
-        """How many of its capsules are bodies, and not ends of them."""
-        return len(self._whole(self._now.attached))
-
-    @property
     def attached(self) -> dict[str, tuple[Capsule, ...]]:
         """Bodies that are attached to the arm, by what they are called together."""
         return dict(self._now.attached)

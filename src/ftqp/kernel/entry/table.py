@@ -223,27 +223,27 @@ stop commands.stops first c
 resume commands.stops first c
     takes K:record
     calls resume(K.watch, K.feedback, K.chain)
-plan_going commands.going first
-    takes K:record A:arm W:going goes
-    calls plan_going(K, A, W, goes)
-write_going commands.going first
-    takes K:record W:going J:joints
-    calls write_going(K, W, J)
-is_left commands.going first
-    takes K:record W:going
-    calls is_left(K, W)
-look_up commands.going first
-    takes K:record W:going
-    calls look_up(W, K.chain.n, W.t)
-judge_going commands.going first
-    takes K:record W:going
-    calls judge_going(K, W)
 begins_anew commands.going first
     takes K:record W:going
     calls begins_anew(K, W)
-begin_going commands.going c
-    takes K:record G:given W:going J:joints q:f8[K.chain.n]
-    calls begin_going(K, G, W, J, q)
+aim_going search.leading first
+    takes K:record W:going asks
+    calls aim_going(K, W, asks)
+is_on_way search.leading first
+    takes W:going S:ways
+    calls is_on_way(W, S)
+lead_going search.leading first
+    takes K:record A:arm W:going J:joints S:ways copies:i8[rows,3] rows
+    calls lead_going(K, A, W, J, S, copies)
+follow_going search.leading first
+    takes K:record W:going S:ways code
+    calls follow_going(K, W, S, code)
+begin_going search.leading c
+    takes K:record G:given W:going J:joints S:ways seeks q:f8[K.chain.n]
+    calls begin_going(K, G, W, J, S, seeks, q)
+begin_going_to_pose search.leading c
+    takes K:record G:given W:going J:joints S:ways goal:f8[16]
+    calls begin_going_to_pose(K, G, W, J, S, goal)
 carry commands.believed first c
     takes K:record A:arm G:given payload:load
     calls carry(K, A, G, payload)
@@ -320,21 +320,12 @@ self_speed_tracks entry.study_entries nogil
     takes S:study C:continuation k samples goals:f8[samples,GOAL_SIZE] speeds:f8[k,samples-1]
           q:f8[k,samples,S.chain.n] facts:f8[k,2] first last
     calls self_speed_tracks(S, C, goals, speeds, q, facts, first, last)
-know_arm search.known_arm demo nogil
-    takes W:ways K:record whole
-    calls know_arm(W, K, whole)
-draw_about search.asking demo nogil
-    takes W:ways q:f8[W.chain.n] seed
-    calls draw_about(W, q, seed)
-choose_rows search.asking demo nogil
-    takes W:ways rows has_axis
-    calls choose_rows(W, rows, has_axis)
+begin_asked search.asking demo nogil
+    takes W:ways K:record q:f8[W.chain.n] seed
+    calls begin_asked(W, K, q, seed)
 aim_at search.asking demo nogil
     takes W:ways goal:f8[16]
     calls aim_at(W, goal)
-begin_ways search.motion demo nogil
-    takes W:ways q:f8[W.chain.n]
-    calls begin_search(W, q)
 add_goal search.trees demo nogil
     takes W:ways q:f8[W.chain.n]
     calls add_goal(W, q)
@@ -351,8 +342,8 @@ follow_path search.trees demo nogil
     takes W:ways looks
     calls follow_path(W, looks)
 search_step search.motion demo nogil
-    takes W:ways looks table:f8[rows,W.chain.n] raw:f8[rows,W.chain.n] rows
-    calls search_step(W, looks, table, raw, rows)
+    takes W:ways looks
+    calls search_step(W, looks)
 deployed_step ticks.steps c
     takes K:record G:given F:free q:f8[K.chain.n] v:f8[K.chain.n] target:f8[TARGET_SIZE] ticks
           work:f8[TARGET_SIZE+2*K.chain.n]
@@ -361,8 +352,8 @@ deployed_seek search.asking c
     takes W:ways K:record G:given goal:f8[16]
     calls seek(W, K, G, goal)
 deployed_go ticks.steps c
-    takes K:record A:arm W:going J:joints q:f8[K.chain.n] v:f8[K.chain.n]
-    calls deployed_go(K, A, W, J, q, v)
+    takes K:record A:arm W:going J:joints S:ways copies:i8[rows,3] rows q:f8[K.chain.n] v:f8[K.chain.n]
+    calls deployed_go(K, A, W, J, S, copies, q, v)
 deployed_follow ticks.steps c-path
     takes K:record G:given F:free path:path table:f8[rows,COLUMNS] rows q:f8[K.chain.n] v:f8[K.chain.n]
           ticks work:f8[TARGET_SIZE+2*K.chain.n]

@@ -26,38 +26,42 @@ class Met(NamedTuple):
 class WaySession:
     """One search, whose same looks give the same way; its room is ``W``.
 
-    It takes over arm, scene and limits as the planner has them now. ``whole`` of the capsules of the
-    planner's scene are bodies, and not ends of them.
+    It takes over arm, scene and limits as the planner of a session has them when it begins.
     """
 
-    def __init__(self, session: Session, whole: int) -> None:
+    def __init__(self, session: Session) -> None:
         self.memory = memory("ways")
         self.K: Any = rooms(self.memory)
         self.W: Any = self.K.ways
-        self._table, self._raw = np.zeros((0, 1)), np.zeros((0, 1))
-        write_together([(self.memory[room], session.memory[room]) for room in ROOMS])
-        self._bind("know_arm", session.memory)(whole)
-        self.n = int(self.K.chain.n)
+        self._session, self.n = session, int(session.K.chain.n)
 
-    def draw_about(self, q: FloatArray, seed: int) -> None:
-        """Draw starts about a posture, (nv,)."""
-        self._bind("draw_about", np.ascontiguousarray(q))(seed)
+    @property
+    def rooms(self) -> list[tuple[Any, Any]]:
+        """What is copied, and from where, before it begins."""
+        return [(self.memory[room], self._session.memory[room]) for room in ROOMS]
 
-    def choose_rows(self, bits: int, tool: bool) -> None:
-        """Let these rows of poses count, and of the turn that of the tool axis alone, if that is said."""
-        self._bind("choose_rows")(bits, int(tool))
+    def begin(self, start: FloatArray, seed: int) -> None:
+        """Begin at a posture, (nv,), with what is asked; the same seed draws the same starts."""
+        write_together(self.rooms)
+        self._bind("begin_asked", self._session.memory, np.ascontiguousarray(start))(seed)
 
     def aim(self, goal: FloatArray) -> None:
         """Let the goal be a pose of the tip, (4, 4), and starts for its postures begin anew."""
         self._bind("aim_at", np.ascontiguousarray(goal))()
 
-    def begin(self, start: FloatArray) -> Met | None:
-        """Begin at a posture, (nv,); what stands in its way."""
-        return self._said(self._bind("begin_ways", np.ascontiguousarray(start))())
+    def add_goal(self, q: FloatArray) -> None:
+        """Add a goal posture, (nv,)."""
+        self._bind("add_goal", np.ascontiguousarray(q))()
 
-    def add_goal(self, q: FloatArray) -> Met | None:
-        """Add a goal posture, (nv,); what stands in its way, and then it is none."""
-        return self._said(self._bind("add_goal", np.ascontiguousarray(q))())
+    @property
+    def met(self) -> Met | None:
+        """What stands in the way of the goal posture that was added last, or before any of the start."""
+        return self._said(int(self.W.goal_met))
+
+    @property
+    def start_met(self) -> Met | None:
+        """What stands in the way of the start."""
+        return self._said(int(self.W.start_met))
 
     @property
     def hindrance(self) -> Met | None:
@@ -118,29 +122,21 @@ class WaySession:
 
     def search_step(self, looks: int) -> WayStage:
         """One slice of about so many looks at postures; what is done then."""
-        table, raw = self._table, self._raw
         if self.is_searching:
-            self._bind("search_step", looks, table, raw, len(table))()
-        if self.stage is WayStage.SAMPLING:
-            self._table, self._raw = (np.zeros((int(self.W.ticks), self.n)) for _ in range(2))
+            self._bind("search_step")(looks)
         return self.stage
-
-    def prove_again(self, table: FloatArray, first: int) -> None:
-        """Prove what is left of a motion anew, from one of its ticks on, by ``search_step``."""
-        self._table, self._raw = table, np.zeros_like(table)
-        W = self.W
-        W.stage, W.window, W.ticks, W.checked, W.chunk = WayStage.PROVING, 1, len(table), first, 1
 
     @property
     def motion(self) -> FloatArray:
-        """The places of every tick from rest to rest, (ticks, nv) [rad or m]; READY only."""
-        return self._table[: int(self.W.ticks)]
+        """The places after every period from rest to rest, (ticks, nv) [rad or m]; READY only."""
+        ticks, n = int(self.W.ticks), self.n
+        return np.array(self.W.table[: ticks * n]).reshape(ticks, n)
 
     def hold_tube(self, poses: FloatArray, radius: tuple[float, float]) -> None:
         """Let the tip stay near poses, (k, 4, 4), by so much in place and in turning [m]."""
         W = self.W
         every = poses[np.linspace(0, len(poses) - 1, min(len(poses), POSES)).astype(int)]
-        W.tube, W.tube_pose[: len(every)] = len(every), every[:, :3].reshape(-1, 12)
+        W.tube, W.given_tube[: len(every)] = len(every), every[:, :3].reshape(-1, 12)
         W.radius[:] = radius
 
     def hold_path(self, poses: FloatArray, leap: FloatArray) -> None:
