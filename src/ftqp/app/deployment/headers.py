@@ -16,12 +16,12 @@ from ftqp.control.task.task import row_indices
 from ftqp.kernel.compiled.library import KERNEL, code_key
 from ftqp.kernel.entry.planner_commands import LIMITS
 from ftqp.kernel.entry.session import Memory
-from ftqp.kernel.entry.way_session import ROOMS
 from ftqp.kernel.layout.enums import JOINTS, NEWS, Brakes, DriveKind, FaultKind, Going, StopReason
 from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype, zeros_in_line
 from ftqp.kernel.layout.scene_room import SHAPES, TERMS, TermKind
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, SUSPECTS
+from ftqp.kernel.layout.ways_room import ROOMS
 
 MAGIC: Final = b"FTQPARM\0"
 FORMAT: Final = 5

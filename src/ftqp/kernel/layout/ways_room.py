@@ -32,9 +32,11 @@ LOOKS_A_SECOND, LEAST_LOOKS = 50_000, 10
 (``python benchmarks/ft_mbm.py``), and the least number of them."""
 MOST: Final = 400_000
 """So many looks are spent on trees at most, about a second. A guess."""
-SHORTENING: Final = 1500
+SHORTENING_LOOKS: Final = 1500
 """So many looks are spent on making a way shorter. A guess: 3,000 shorten ways from 8.1 to 4.9 rad and take
 ten times the search."""
+ROOMS: Final = ("chain", "scene", "keeps")
+"""What a search has of a planner's record."""
 PLANNERS_ROWS: Final = -1
 """The rows of poses that count are those of the planner's task."""
 STRAIGHT, ROUND, AS_ASKED = 0, 1, 2
@@ -62,7 +64,7 @@ TEXT: Final = """
 ways  What a search for a way of the joints is asked, and its memory, see ``ftqp.kernel.search``.
         The rooms ``chain``, ``ahead``, ``scene`` and ``keeps`` behind it are those of a planner.
     asks_rows asks_axis  i8  the rows of poses that count, as ``rows``, -1: those of the planner's task
-    asks_pose asks_nears asks_straight asks_most  i8  how ``has_goal``, ``nears``, ``straight``, ``most`` begin
+    asks_pose asks_nears asks_straight asks_most  i8  as ``has_goal``, ``nears``, ``straight``, ``most`` begin
     asks_rise  f8  what ``rise`` is at least [s]
     asks_places  i8  so many of ``given_place`` are gone to one after the other; 0: the way is looked for
     given_goal  f8[16]

@@ -8,7 +8,7 @@ from ftqp.kernel.commands.surroundings import NO_GOAL, NO_POSE, is_pose
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.thresholds import LEAST_ACCELERATION, RISE_TIME, STRONG
-from ftqp.kernel.layout.ways_room import MOST, PLANNERS_ROWS, SHORTENING
+from ftqp.kernel.layout.ways_room import MOST, PLANNERS_ROWS, SHORTENING_LOOKS
 from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.search.known_arm import know_arm
 from ftqp.kernel.search.looks import pose_arm
@@ -126,7 +126,7 @@ def ask_as_given(K: Any, P: Any, given: Any, T: Any) -> None:
     W = K.ways
     W.asks_rows, W.asks_axis, W.asks_places, W.tube, W.path = PLANNERS_ROWS, 0, 0, 0, 0
     W.asks_pose, W.asks_nears, W.asks_straight, W.asks_most = 1, 1, 1, MOST
-    W.asks_rise, W.shortening, W.length = RISE_TIME, SHORTENING, given.length
+    W.asks_rise, W.shortening, W.length = RISE_TIME, SHORTENING_LOOKS, given.length
     W.tolerance[0], W.tolerance[1] = PLACE, TURNED * given.length
     for k in range(2):
         W.tip_speed[k], W.tip_acceleration[k] = TIP_SPEED[k], TIP_ACCELERATION[k]

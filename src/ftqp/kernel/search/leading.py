@@ -10,6 +10,7 @@ Source: docs/theory/round-obstacles.md.
 from math import ceil
 from typing import Any
 
+from ftqp.kernel.commands.believed import swings
 from ftqp.kernel.commands.going import (
     LARGE,
     begin_anew,
@@ -89,7 +90,7 @@ RESTS, SETTLES = 1e-4, 0.3
 """A command so near to where it was to come to rest is there [rad or m]; held off, it is after so long
 [s]. Conventions."""
 PARTS_OF_BEND, WITHIN = 4, 1.001
-"""The bend from braking into a motion takes as long as braking would, or up to twice as long in so many steps,
+"""What leads from braking into a motion takes as long as braking, or up to twice as long in so many steps,
 and so much of a limit. A convention, and rounding of differences."""
 TOLERANCE = 1e-3
 """How near every joint of an arm in C comes to its goal [rad or m]."""
@@ -114,12 +115,6 @@ def _look_up(K: Any, W: Any, S: Any, t: float) -> None:
 
 
 @jit
-def duration_of_motion(W: Any, S: Any) -> float:
-    """How long the motion takes from where it was planned [s]."""
-    return (S.ways.ticks - 1) * S.ways.period if W.plays else W.duration
-
-
-@jit
 def _off(K: Any, W: Any) -> float:
     """How far the command is from where ``_look_up`` has the motion [rad or m]."""
     off = 0.0
@@ -130,7 +125,7 @@ def _off(K: Any, W: Any) -> float:
 
 
 @jit
-def write_going(K: Any, W: Any, J: Any, S: Any) -> None:
+def _write(K: Any, W: Any, J: Any, S: Any) -> None:
     """Let the tick follow the motion at the time that is asked for, which goes on at its pace."""
     n, dt = K.chain.n, K.state.dt
     _look_up(K, W, S, W.t)
@@ -158,27 +153,19 @@ def _is_left(K: Any, W: Any) -> bool:
 
 
 @jit
-def halt_going(K: Any, A: Any, W: Any, J: Any, is_free: int) -> None:
-    """Plan to come to rest from the last command.
+def _begin_motion(K: Any, A: Any, W: Any, J: Any, copies: Any, goes: int, is_free: int) -> None:
+    """Plan a motion from the last command, to the goal or to rest.
 
-    Where what is around is free as before, bodies may come as near as on the motion before.
+    Where what is around ``is_free`` as before, bodies may come as near as on the motion before.
     """
+    write_together(copies)
     W.plays, W.rate, W.t = 0, 1.0, 0.0
     J.spared = J.spared if is_free else 0.0
-    plan_going(K, A, W, 0)
-    for i in range(K.chain.n):
-        W.rest[i] = K.state.q_command[i] + (W.way[i] if W.moves[i] else 0.0)
+    plan_going(K, A, W, goes)
 
 
 @jit
-def _go_straight(K: Any, A: Any, W: Any, J: Any, copies: Any) -> None:
-    write_together(copies)
-    W.plays, W.rate, W.t, J.spared = 0, 1.0, 0.0, 0.0
-    plan_going(K, A, W, 1)
-
-
-@jit
-def play_going(K: Any, W: Any, J: Any, S: Any, t: float) -> None:
+def _play(K: Any, W: Any, J: Any, S: Any, t: float) -> None:
     """Play the motion that was found, from a time on [s]."""
     way = S.ways
     W.thinks, W.plays, W.rate, W.t, W.heavy = 0, 1, 1.0, t, -1
@@ -218,9 +205,10 @@ def _take_places(K: Any, W: Any, way: Any) -> None:
 def _turn_round(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, is_free: int) -> None:
     """Come to rest, and look for a way from there; what is around ``is_free`` as it was proven."""
     way, n = S.ways, K.chain.n
-    halt_going(K, A, W, J, is_free)
+    _begin_motion(K, A, W, J, copies, 0, is_free)
+    for i in range(n):
+        W.rest[i] = K.state.q_command[i] + (W.way[i] if W.moves[i] else 0.0)
     W.thinks = A_WAY
-    write_together(copies)
     begin_asked(S, K, W.rest, W.tries)
     if way.asks_pose:
         assign(W.goal, W.rest, n)
@@ -239,10 +227,12 @@ def _plan(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any) -> None:
     W.left, W.thinks, W.scene = W.left + 1, 0, K.scene.version
     avoids = K.keeps.count > 0 or K.scene.pairs > 0
     seeks = W.asks == AS_ASKED or (W.asks == ROUND and avoids and W.left <= MAX_TRIES)
+    if seeks and W.asks == AS_ASKED and S.ways.asks_pose and swings(K.faults, K.chain):
+        W.blocked = NONE_FOUND
     if seeks and not W.blocked:
         _turn_round(K, A, W, J, S, copies, 1)
     else:
-        _go_straight(K, A, W, J, copies)
+        _begin_motion(K, A, W, J, copies, 1, 0)
 
 
 @rare_jit
@@ -250,7 +240,7 @@ def _give_up(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, why: int) -> N
     """There is no way: go straight as near as it gets, where no pose was asked for nor a tube."""
     W.blocked, W.thinks = why, 0
     if W.asks == ROUND or S.ways.asks_places:
-        _go_straight(K, A, W, J, copies)
+        _begin_motion(K, A, W, J, copies, 1, 0)
 
 
 @jit
@@ -264,8 +254,8 @@ def _bends(K: Any, W: Any, S: Any, first: int, count: int) -> bool:
         before, here, behind = table[first - 1, i], table[first, i], table[first + 1, i]
         v, a = (behind - before) / (2.0 * dt), (behind - 2.0 * here + before) / (dt * dt)
         if W.moves[i] and not between(
-            W.bend_times[i], W.bend_jerks[i], here - W.q_now[i], W.v_now[i], W.a_now[i], v, a, S.ways.v_max[i],
-            WITHIN * W.a_max[i], W.jerk[i], count * dt,
+            W.bend_times[i], W.bend_jerks[i], here - W.q_now[i], W.v_now[i], W.a_now[i], v, a,
+            S.ways.v_max[i], WITHIN * W.a_max[i], W.jerk[i], count * dt,
         ):  # fmt: skip
             return False
     return True
@@ -315,7 +305,7 @@ def _joins(K: Any, W: Any, J: Any, S: Any, looks: int) -> bool:
         sample(S)
         return False
     way.ticks = ticks + shift
-    play_going(K, W, J, S, period)
+    _play(K, W, J, S, period)
     return True
 
 
@@ -349,7 +339,7 @@ def _look_round(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, looks: int)
         if (W.t if off <= RESTS else W.t - SETTLES) < W.duration:
             return
         if off <= WAITS:
-            play_going(K, W, J, S, 0.0)
+            _play(K, W, J, S, 0.0)
         elif W.tries >= MAX_TRIES:
             _give_up(K, A, W, J, S, copies, NO_REST)
         else:
@@ -420,7 +410,7 @@ def lead_going(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any) -> None:
         _think(K, A, W, J, S, copies, max(LEAST_LOOKS, int(LOOKS_A_SECOND * K.state.dt + 0.5)))
     if W.plays:
         _pace(K, A, W, J, S, copies)
-    write_going(K, W, J, S)
+    _write(K, W, J, S)
 
 
 @jit
@@ -428,7 +418,7 @@ def is_on_way(W: Any, S: Any) -> bool:
     """Whether a way is looked for, or its motion is played and not over."""
     if W.plays:
         stuck = W.tries >= MAX_TRIES and W.stood > STUCK
-        return not stuck and W.t < duration_of_motion(W, S)
+        return not stuck and W.t < (S.ways.ticks - 1) * S.ways.period
     return bool(W.thinks or (W.asks == AS_ASKED and W.begun < 0 and not W.blocked))
 
 
@@ -502,5 +492,6 @@ def begin_going_to_pose(K: Any, given: Any, W: Any, J: Any, S: Any, T: Any) -> i
         return NO_GOAL
     _begin_in_c(K, given, W, J)
     ask_as_given(S, K, given, T)
+    assign(W.goal, K.state.q_command, K.chain.n)
     aim_going(K, W, AS_ASKED)
     return 0

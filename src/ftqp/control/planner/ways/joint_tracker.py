@@ -7,7 +7,7 @@ import numpy as np
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.ways import Ways
-from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import ArmSession, Call, Memory, bound, copies
 from ftqp.kernel.layout.enums import Going
 from ftqp.kernel.layout.thresholds import (
@@ -23,7 +23,7 @@ from ftqp.kernel.layout.ways_room import AS_ASKED, NO_REST, ROUND, STRAIGHT
 
 @final
 class JointTracker:
-    """The planner's steps along a jerk-limited motion of the joints that work (``ftqp.kernel.search.leading``).
+    """The planner's steps along a jerk-limited motion of the joints, see ``ftqp.kernel.search.leading``.
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
     changes, so that position and velocity go on without a jump. Where a way is sought, the arm comes to rest,

@@ -1,7 +1,7 @@
 """Ways of the joints round what is in between: one generator, in slices, for whoever leads an arm."""
 
 from collections.abc import Iterable
-from typing import Any, Final, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
@@ -10,15 +10,19 @@ from ftqp.control.references.jerk_limit import TipLimits
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import FreeSwinging
-from ftqp.kernel.entry.way_session import BALL, EFFORT, KEEP, LIMIT, Met, WaySession
+from ftqp.kernel.entry.session import Call, bound, rooms, write_together
+from ftqp.kernel.layout.record import in_line, memory
 from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.scene_room import PAIRS
 from ftqp.kernel.layout.thresholds import LEAST_ACCELERATION, RISE_TIME
 from ftqp.kernel.layout.ways_room import (
     LEAST_LOOKS,
     LOOKS_A_SECOND,
     MOST,
     PLANNERS_ROWS,
-    SHORTENING,
+    POSES,
+    ROOMS,
+    SHORTENING_LOOKS,
     WayStage,
 )
 
@@ -27,6 +31,15 @@ SLACK: Final = 2e-3
 less: a task's usual tolerance."""
 TOLERANCE: Final = 1e-6
 """How near a posture has to come to its goal [m]; far below every tolerance of a task."""
+LIMIT, EFFORT, KEEP, BALL = "limit", "effort", "keep", "ball"
+"""What may stand in the way of a posture beside two bodies."""
+
+
+class Met(NamedTuple):
+    """What stands in the way of a posture."""
+
+    kind: str  # LIMIT or EFFORT of a joint, KEEP, BALL of a body, or ``pair``
+    number: int  # Of the joint, of what is kept, of the capsule or of the pair of the scene
 
 
 def looks_per_tick(dt: float) -> int:
@@ -58,7 +71,7 @@ def refusal(planner: Any, rows: Any = None, *, stays: bool = False) -> str:
 
 
 @final
-class Ways(WaySession):
+class Ways:
     """Thinks of a way of the joints to any of some goals, and of the motion along it.
 
     It knows the arm and its scene as a planner believes them when it is made: limits that are left, joints
@@ -88,33 +101,16 @@ class Ways(WaySession):
     """
 
     def __init__(
-        self,
-        planner: Any,
-        start: FloatArray | None = None,
-        *,
-        goals: Iterable[FloatArray] = (),
-        goal: Any = None,
-        rows: Any = None,
-        tolerance: tuple[float, float] = (TOLERANCE, TOLERANCE),
-        tube: FloatArray | None = None,
-        radius: tuple[float, float] = (0.0, 0.0),
-        nears: bool = False,
-        straight: TipLimits | None = None,
-        path: FloatArray | None = None,
-        leap: FloatArray | None = None,
-        rise_time: float = RISE_TIME,
-        most: int = MOST,
-        shortening: int = SHORTENING,
-        seed: int = 0,
-    ) -> None:
-        self.ask(
-            planner, goal=goal, rows=rows, tolerance=tolerance, tube=tube, radius=radius, nears=nears,
-            straight=straight, rise_time=rise_time, most=most, shortening=shortening,
-        )  # fmt: skip
+        self, planner: Any, start: FloatArray | None = None, *, goals: Iterable[FloatArray] = (),
+        path: FloatArray | None = None, leap: FloatArray | None = None, seed: int = 0, **asked: Any,
+    ) -> None:  # fmt: skip
+        self.ask(planner, **asked)
         if path is not None and leap is not None:
-            self.hold_path(path, leap)
+            self.W.path, self.W.path_pose[: len(path)] = len(path), path[:, :3].reshape(-1, 12)
+            self.W.leap[: self.n] = leap
         self._start: FloatArray = planner.view().command.q if start is None else start
-        self.begin(self._start, seed)
+        write_together(self.rooms)
+        self._bind("begin_asked", self._session.memory, np.ascontiguousarray(self._start))(seed)
         for q in goals:
             self.add(q)
 
@@ -129,11 +125,12 @@ class Ways(WaySession):
         self, planner: Any, *, goal: Any = None, rows: Any = None, places: FloatArray | None = None,
         tolerance: tuple[float, float] = (TOLERANCE, TOLERANCE), tube: FloatArray | None = None,
         radius: tuple[float, float] = (0.0, 0.0), nears: bool = False, straight: TipLimits | None = None,
-        rise_time: float = RISE_TIME, most: int = MOST, shortening: int = SHORTENING,
+        rise_time: float = RISE_TIME, most: int = MOST, shortening: int = SHORTENING_LOOKS,
     ) -> None:  # fmt: skip
         """Write what is asked, see the class, into memory of zeros; ``places`` are gone to in their order."""
-        super().__init__(planner.known)
-        self._planner = planner
+        self._planner, self._session = planner, planner.known
+        self.memory, self.n = memory("ways"), planner.robot.nv
+        self._begin()
         W, robot, n = self.W, planner.robot, planner.robot.nv
         a_max, j_max = robot.limits.a_max, robot.limits.j_max
         W.a_least[:n], W.jerk[:n] = LEAST_ACCELERATION * a_max, np.minimum(a_max / rise_time, j_max)
@@ -150,7 +147,9 @@ class Ways(WaySession):
             W.asks_pose, W.given_goal[:] = 1, goal_pose(goal, self._names).ravel()
         if tube is not None:
             W.slack = min(SLACK, 0.1 * radius[0]) if radius[0] > 0.0 else SLACK
-            self.hold_tube(tube, (radius[0], robot.length * radius[1]))
+            every = tube[np.linspace(0, len(tube) - 1, min(len(tube), POSES)).astype(int)]
+            W.tube, W.given_tube[: len(every)] = len(every), every[:, :3].reshape(-1, 12)
+            W.radius[:] = radius[0], robot.length * radius[1]
         if straight is not None and goal is not None:
             W.asks_straight, W.asks_rise = 1, max(rise_time, straight.rise_time)
             W.tip_speed[:] = straight.speed, straight.turn
@@ -158,14 +157,29 @@ class Ways(WaySession):
         if places is not None:
             W.asks_places, W.given_place[: len(places), :n] = len(places), places
 
+    def _begin(self) -> None:
+        self.K: Any = rooms(self.memory)
+        self.W: Any = self.K.ways
+
+    @property
+    def rooms(self) -> list[tuple[Any, Any]]:
+        """What is copied, and from where, before it begins."""
+        return [(self.memory[room], self._session.memory[room]) for room in ROOMS]
+
     def aim(self, goal: Any) -> None:
         """Let the goal be a pose of the tip, and starts for its postures begin anew."""
-        super().aim(goal_pose(goal, self._names))
+        self._bind("aim_at", np.ascontiguousarray(goal_pose(goal, self._names)))()
 
     def add(self, q: FloatArray) -> bool:
         """A further goal posture, any time; whether the arm may stand there."""
-        self.add_goal(np.where(self._planner.view().working, q, self._start))
+        goal = np.where(self._planner.view().working, q, self._start)
+        self._bind("add_goal", np.ascontiguousarray(goal))()
         return self.met is None
+
+    @property
+    def met(self) -> Met | None:
+        """What stands in the way of the goal posture that was added last, or before any of the start."""
+        return self._said(int(self.W.goal_met))
 
     @property
     def has_way(self) -> bool:
@@ -207,7 +221,7 @@ class Ways(WaySession):
     def sentence(self) -> str:
         """What was looked for, where there is no way."""
         posed, clear = int(self.W.posed), int(self.W.clear)  # postures of the goal, and those that are clear
-        met = self.start_met or (None if self.W.has_goal else self.met)
+        met = self._said(int(self.W.start_met)) or (None if self.W.has_goal else self.met)
         if met is not None:
             return str(self.sentence_of(met))
         if not self.W.has_goal or clear:
@@ -233,3 +247,84 @@ class Ways(WaySession):
             return f"a body is nearer than {keep:.3g} mm to the cloud"
         one, other = self._planner.watched_pairs[met.number]
         return f"{one} is nearer than {keep:.3g} mm to {other}"
+
+    @property
+    def hindrance(self) -> Met | None:
+        """What stood in the way of postures of the goal most often, where none is clear."""
+        return self._said(int(self.W.hindered.argmax()))
+
+    @property
+    def stage(self) -> WayStage:
+        """How far it is."""
+        return WayStage(int(self.W.stage))
+
+    @property
+    def is_searching(self) -> bool:
+        """Whether there is more to think of."""
+        return self.stage not in (WayStage.READY, WayStage.NO_WAY)
+
+    def find(self, looks: int) -> FloatArray | None:
+        """A further clear posture of the goal, (nv,), within about so many looks; None: not found yet."""
+        return self.W.drawn[: self.n].copy() if self._bind("find_posture")(looks) else None
+
+    def explore(self, looks: int) -> int | None:
+        """A further place that can be come to, by number, within about so many looks; None: not yet."""
+        node = int(self._bind("explore")(looks))
+        return None if node < 0 else node
+
+    def place(self, node: int) -> FloatArray:
+        """A place that was explored, (nv,) [rad or m]."""
+        return np.array(self.W.node[0, node * self.n : (node + 1) * self.n])
+
+    def lead_to(self, node: int) -> None:
+        """Let there be a way to a place that was explored."""
+        self._bind("lead_to")(node)
+
+    def begin_following(self, q: FloatArray, first: int) -> None:
+        """Let the path be followed from a posture at one of its poses."""
+        self.W.followed, self.W.follows[: len(q)] = first, q
+
+    def follow(self, looks: int) -> bool:
+        """Follow it on for about so many looks; whether it ends, as joints cannot go on or at its end."""
+        return bool(self._bind("follow_path")(looks))
+
+    @property
+    def at(self) -> FloatArray:
+        """Where the joints are there, (nv,) [rad or m]."""
+        return np.array(self.W.follows[: self.n])
+
+    @property
+    def followed(self) -> int:
+        """The pose of the path that was come to."""
+        return int(self.W.followed)
+
+    def search_step(self, looks: int) -> WayStage:
+        """One slice of about so many looks at postures; what is done then."""
+        if self.is_searching:
+            self._bind("search_step")(looks)
+        return self.stage
+
+    @property
+    def motion(self) -> FloatArray:
+        """The places after every period from rest to rest, (ticks, nv) [rad or m]; READY only."""
+        ticks, n = int(self.W.ticks), self.n
+        return np.array(self.W.table[: ticks * n]).reshape(ticks, n)
+
+    def _bind(self, name: str, *things: Any) -> Call:
+        return bound(name, self.memory, *things)
+
+    @staticmethod
+    def _said(code: int) -> Met | None:
+        """What the kernel's number stands for, see ``ftqp.kernel.search.looks``."""
+        if code == 0:
+            return None
+        kinds = ("pair", LIMIT, EFFORT, KEEP, BALL)
+        return Met(kinds[(code - 1) // PAIRS], (code - 1) % PAIRS)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "memory": self.memory, "K": None, "W": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.memory = in_line(state["memory"])
+        self._begin()
