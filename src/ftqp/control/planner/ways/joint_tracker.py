@@ -146,9 +146,10 @@ class JointTracker:
         return bool(self._on_way())
 
     @property
-    def moves(self) -> bool:
-        """Whether a way is being looked for, or the motion that was planned is not over."""
-        return self.is_on_way or bool(not self.W.plays and self.W.t < self.W.duration)
+    def left(self) -> float:
+        """How long the motion that was planned goes on [s], below zero once it is over."""
+        planned = self.ways.duration if self.ways is not None and self.W.plays else self.W.duration
+        return float(planned - self.W.t)
 
     @property
     def goes_straight(self) -> bool:

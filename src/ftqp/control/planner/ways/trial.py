@@ -20,8 +20,8 @@ ARRIVED = 1e-3
 AS_GOOD_AS_THERE = 1e-4
 """One that is so near to it, and rests, is not tried any longer [rad or m]: what is left is the decay of an
 error. By convention, a tenth of the former."""
-TAIL = 1.0
-"""So much longer than planned a motion may take [s]."""
+TAIL, LONGEST = 1.0, 60.0
+"""So much longer than planned a motion may take [s], and so long until one is planned. A convention."""
 BORNE_AT = 25
 """What the base bears on a motion is looked at in so many places."""
 LOOKED_AT = 0.05
@@ -84,13 +84,19 @@ class Trial:
         motion = JointTracker(twin, places[-1])
         if len(places) > 1:
             motion.seek(places[-1], places=np.array(places))
-        (q, v, a), trace, arrives, over = self._start, [self._start], True, 0.0
-        while over < TAIL and arrives:
-            step = motion.step(q, v)
+        (q, v, a), trace, arrives, t, longest = self._start, [self._start], True, 0.0, LONGEST
+        while t < longest and arrives:
+            step, t = motion.step(q, v), t + twin.dt
             q, v, a = view.command
             trace.append(JointState(q, v, a))
-            arrives, over = step.code not in OFF, 0.0 if motion.moves else over + twin.dt
-            if over > 0.0 and self._rests_within(AS_GOOD_AS_THERE, motion):
+            arrives = step.code not in OFF
+            if longest == LONGEST and not motion.is_searching:
+                longest = t + motion.left + TAIL
+            if (
+                not motion.is_searching
+                and motion.left <= 0.0
+                and self._rests_within(AS_GOOD_AS_THERE, motion)
+            ):
                 break
         later = motion.decay(self._off(motion))
         return self._judged(trace, arrives and self._rests_within(ARRIVED, motion), later)

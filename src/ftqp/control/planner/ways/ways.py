@@ -305,6 +305,11 @@ class Ways:
         return self.stage
 
     @property
+    def duration(self) -> float:
+        """How long the motion takes [s]; READY only."""
+        return float((self.W.ticks - 1) * self.W.period)
+
+    @property
     def motion(self) -> FloatArray:
         """The places after every period from rest to rest, (ticks, nv) [rad or m]; READY only."""
         ticks, n = int(self.W.ticks), self.n
