@@ -226,22 +226,22 @@ resume commands.stops first c
 begins_anew commands.going first
     takes K:record W:going
     calls begins_anew(K, W)
-aim_going search.leading first
+aim_going search.on_the_way first
     takes K:record W:going asks
     calls aim_going(K, W, asks)
-is_on_way search.leading first
+is_on_way search.on_the_way first
     takes W:going S:ways
     calls is_on_way(W, S)
-lead_going search.leading first
+lead_going search.on_the_way first
     takes K:record A:arm W:going J:joints S:ways copies:i8[rows,3] rows
     calls lead_going(K, A, W, J, S, copies)
-follow_going search.leading first
+follow_going search.on_the_way first
     takes K:record W:going S:ways code
     calls follow_going(K, W, S, code)
-begin_going search.leading c
+begin_going search.on_the_way c
     takes K:record G:given W:going J:joints S:ways seeks q:f8[K.chain.n]
     calls begin_going(K, G, W, J, S, seeks, q)
-begin_going_to_pose search.leading c
+begin_going_to_pose search.on_the_way c
     takes K:record G:given W:going J:joints S:ways goal:f8[16]
     calls begin_going_to_pose(K, G, W, J, S, goal)
 carry commands.believed first c

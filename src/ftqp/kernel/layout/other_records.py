@@ -76,7 +76,7 @@ joints  A motion of the joints that is followed, see ``ftqp.kernel.rows.objectiv
     x  f8[N]  its mean acceleration, or velocity, until the next tick
     demand  f8[N]  what the QP is asked for
     spared  f8  of the distance that is kept, as the motion is proven to keep the rest of it: a share
-going  A motion of the joints, see ``ftqp.kernel.commands.going`` and ``ftqp.kernel.search.leading``.
+going  A motion of the joints, see ``ftqp.kernel.commands.going`` and ``ftqp.kernel.search.on_the_way``.
     goal  f8[N]
     q v a way  f8[N]  the state that it begins from, and how far each joint goes
     times jerks  f8[N,8]  of the parts of its motion

@@ -38,7 +38,7 @@ from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance, look_up
 from ftqp.kernel.rows.task_rows import turn_back
-from ftqp.kernel.search.leading import follow_going, lead_going
+from ftqp.kernel.search.on_the_way import follow_going, lead_going
 from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_numbers, accept_state, accept_target
 from ftqp.kernel.ticks.tick import (
     prepare_free,

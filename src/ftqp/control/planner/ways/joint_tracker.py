@@ -23,7 +23,7 @@ from ftqp.kernel.layout.ways_room import AS_ASKED, NO_REST, ROUND, STRAIGHT
 
 @final
 class JointTracker:
-    """The planner's steps along a jerk-limited motion of the joints, see ``ftqp.kernel.search.leading``.
+    """The planner's steps along a jerk-limited motion of the joints, see ``ftqp.kernel.search.on_the_way``.
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
     changes, so that position and velocity go on without a jump. Where a way is sought, the arm comes to rest,
