@@ -714,7 +714,7 @@ int ftqp_has(const ftqp *p, int what) {
         case FTQP_HAS_THINGS: return whole(p, p->record, SCENE_OBSTACLES) != 0;
         case FTQP_HAS_MASSES: return whole(p, p->record, CHAIN_HAS_INERTIA) != 0;
         case FTQP_HAS_FREE_JOINTS: return whole(p, p->given, GIVEN_MAY_SWING) != 0;
-        case FTQP_HAS_GOALS: return 1;
+        case FTQP_HAS_GOALS: return may_go(p);
         default: return FTQP_UNSUPPORTED;
     }
 }

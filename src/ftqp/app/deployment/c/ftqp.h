@@ -156,7 +156,7 @@ enum {
     FTQP_HAS_THINGS = 4,      /* things in its scene that can be moved */
     FTQP_HAS_MASSES = 5,      /* ftqp_tau, ftqp_carry */
     FTQP_HAS_FREE_JOINTS = 6, /* faults of kind FTQP_FREE_SWINGING */
-    FTQP_HAS_GOALS = 7        /* ftqp_go_to, ftqp_go_round, ftqp_go_to_pose, ftqp_seek; no library has ways out */
+    FTQP_HAS_GOALS = 7        /* ftqp_go_to, straight; ftqp_go_round and ftqp_go_to_pose go anywhere; none has ways out */
 };
 
 /* Where an arm stands on its way to a posture. */
