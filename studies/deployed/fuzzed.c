@@ -87,14 +87,14 @@ static void any_calls(ftqp *p, int count) {
             case 15: ftqp_aim_joints(p, what, draw(9) ? q : NULL), ftqp_weight(p, what, odd()); break;
             case 16: ftqp_move(p, what, draw(9) ? numbers : NULL, draw(2) ? v : NULL), (void)ftqp_clearance(p); break;
             case 11: ftqp_brakes(p, NULL), ftqp_stop_reason_name(ftqp_stop_reason(p)); break;
-            case 17: ftqp_go_to(p, draw(2) ? q : ftqp_q(p)), ftqp_arrived(p); break;
+            case 17: draw(2) ? ftqp_go_to(p, draw(2) ? q : ftqp_q(p)) : ftqp_go_round(p, s, ftqp_q(p)), ftqp_arrived(p); break;
             case 18: {
                 const int status = ftqp_go(p, draw(9) ? q : NULL, draw(2) ? v : NULL);
                 const double *sent = ftqp_q(p);
                 if (status >= 0 && (sent == NULL || !isfinite(sent[0]))) abort();
                 break;
             }
-            case 19: ftqp_seek(p, draw(9) ? s : NULL, draw(9) ? numbers : NULL); break;
+            case 19: (draw(2) ? ftqp_go_to_pose(p, s, numbers) : ftqp_seek(p, draw(9) ? s : NULL, draw(9) ? numbers : NULL)); break;
             case 20: ftqp_find(draw(9) ? s : NULL, (int)draw(300), draw(9) ? q : NULL); break;
             case 10: ftqp_follow(p, draw(2) ? q : NULL, v, (int)draw(4)), ftqp_begin(p), (void)ftqp_progress(p); break;
             default: {

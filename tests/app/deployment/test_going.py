@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.app.deployment.test_demo_episode import SIGNALS
 from tests.app.deployment.test_library import Library, fault_of, numbers
+from tests.control.following.test_ways import LEFT, RIGHT, moved, walled
 
 import ftqp
 from ftqp.app.deployment.headers import arm_file
@@ -172,7 +173,15 @@ def test_what_makes_no_posture_or_cannot_be_gone_to_is_answered_by_a_number(buil
     scene.add("ball", ftqp.Sphere(radius=0.05, place=np.array([1.0, 0.0, 0.5])))
     kept = Library(built, arm_file(ftqp.Planner(PANDA, scene=scene).deployable(), 7))
     assert kept.open() == 0 and kept.call("has", 7) == 0
-    assert kept.call("go_to", numbers(AWAY)) == -34
+    assert kept.call("go_to", numbers(AWAY)) == -34 and kept.call("go_to", None) == -20
+    search, pose = Search(kept), PANDA.pose(AWAY)
+    assert kept.call("go_round", None, numbers(AWAY)) == kept.call("go_to_pose", search.at, None) == -20
+    assert kept.call("go_round", ctypes.c_void_p(search.at.value + 8), numbers(AWAY)) == -21
+    assert kept.call("go_round", search.at, numbers(HOME + 4.0)) == -44
+    assert kept.call("go_to_pose", search.at, numbers(2.0 * pose)) == -40
+    assert kept.call("go", numbers(HOME), None) == -45
+    assert kept.call("go_to_pose", search.at, numbers(pose)) == 0 and kept.call("arrived") == 0
+    assert search.begin(kept, pose) == -3 and kept.call("go", numbers(HOME), None) == -45
 
 
 class Search:
@@ -242,3 +251,68 @@ def test_what_no_postures_can_be_looked_for_is_answered_by_a_number(built):
     assert both.arm.call("report", fault_of(2, 2)) == 0 and search.begin(both.arm, pose) == -34
     begun = Library(built, both.arm.file)
     assert begun.open() == 0 and search.begin(begun, pose) == -3
+
+
+class Round(Both):
+    """The same round a wall, by a search in C."""
+
+    def __init__(self, built, goal, keep=0.02):
+        self.planner, self.scene = walled(clearance=ftqp.Clearance(keep=keep, stop=0.0))
+        self.arm = Library(built, arm_file(self.planner.deployable(), 7))
+        for name in SIGNALS:
+            getattr(self.arm.code, f"ftqp_{name}").restype = ctypes.POINTER(ctypes.c_double)
+        assert self.arm.open() == 0 and self.arm.reset(LEFT) == 0
+        self.search, self.q, self.lag, self.steps = Search(self.arm), LEFT.copy(), 0.0, 0
+        self.aim(goal)
+
+    def aim(self, goal):
+        kind, name = ("q", "go_round") if np.ndim(goal) == 1 else ("pose", "go_to_pose")
+        self.goto = ftqp.GoTo(self.planner, **{kind: goal})
+        assert self.arm.call(name, self.search.at, numbers(goal)) == 0
+
+    def lock(self, joint):
+        self.planner.report(ftqp.Locked(joint))
+        assert self.arm.call("report", fault_of(joint, LOCKED)) == 0
+
+    def move(self, *place):
+        self.scene.move("wall", place)
+        T = np.eye(4)
+        T[:3, 3] = place
+        assert self.arm.call("move", 0, numbers(T), None) == 0
+
+
+@pytest.mark.parametrize("goal", [RIGHT, PANDA.pose(RIGHT), moved(-0.2, 0.1), moved(-0.2, -0.3)])
+@pytest.mark.parametrize("joint", [None, 0, 2, 6])
+def test_a_goal_beside_a_wall_is_gone_to_as_in_python_with_a_lock_half_way(built, goal, joint):
+    both, distances = Round(built, goal), []
+
+    def each(k):
+        distances.append(min(map(float, both.planner.distances(both.q).values())))
+        if k == 100 and joint is not None:
+            both.lock(joint)
+
+    status = both.go(4000, each)
+    assert min(distances) > 0.01 and both.goto.done
+    assert status is ftqp.GoToStatus.REACHED or joint is not None
+
+
+@pytest.mark.parametrize("place", [(0.6, 0.02, 0.45), (0.6, 0.0, 0.75)])
+def test_a_wall_that_moves_has_the_rest_of_the_way_proven_again_as_in_python(built, place):
+    both = Round(built, RIGHT)
+    both.go(4000, lambda k: both.move(*place) if k == 150 else None)
+    assert both.goto.done and both.steps > 150
+
+
+def test_another_goal_is_gone_to_by_the_same_search_and_a_copy_of_the_planner_has_none(built):
+    both = Round(built, RIGHT)
+    for goal in (moved(-0.2, -0.3), LEFT):
+        both.go(100)
+        both.aim(goal)
+    assert both.go(4000) is ftqp.GoToStatus.REACHED
+    room = np.zeros(both.arm.room.size + 64, np.uint8)
+    at = room.ctypes.data + -room.ctypes.data % 64
+    ctypes.memmove(at, both.arm.at, both.arm.room.size - 64)
+    both.arm.at = at
+    assert both.arm.call("go", numbers(LEFT), None) == -45
+    assert both.arm.call("go_round", both.search.at, numbers(LEFT)) == 0
+    assert both.arm.call("go", numbers(LEFT), None) == 0

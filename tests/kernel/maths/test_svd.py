@@ -9,7 +9,7 @@ from reduced_problems import decomposed
 from scipy.linalg import solve_continuous_are
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.jerk_limited import PARTS, brake, duration_of, fastest, slower, state_after
+from ftqp.kernel.maths.jerk_limited import PARTS, between, brake, duration_of, fastest, slower, state_after
 from ftqp.kernel.maths.linear_systems import begin_doubling, double, lu_factor, lu_solve
 from ftqp.kernel.maths.svd import singular_directions
 from ftqp.kernel.maths.symmetric_eigen import eigensystem, extreme_eigenvalues, gram
@@ -269,6 +269,27 @@ def test_a_motion_that_takes_longer_arrives_at_the_time_that_is_asked_for(seed):
     slower(times, jerks, way, v, a, w, *limits[1:], T)
     assert duration_of(times) == pytest.approx(T, abs=1e-9)
     np.testing.assert_allclose(state_after(times, jerks, T, v, a), (way, 0.0, 0.0), atol=1e-8)
+
+
+def test_a_motion_between_two_states_takes_the_time_that_is_asked_for_and_keeps_every_limit():
+    done = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        way, v, a, v_max, a_max, jerk = drawn(rng)
+        v_end, a_end, T = (
+            0.9 * v_max * rng.uniform(-1.0, 1.0),
+            a_max * rng.uniform(-1.0, 1.0),
+            rng.uniform(0.1, 4.0),
+        )
+        times, jerks = parts()
+        if not between(times, jerks, way, v, a, v_end, a_end, v_max, a_max, jerk, T):
+            continue
+        done += 1
+        assert duration_of(times) == pytest.approx(T, abs=1e-9) and times.min() >= 0.0
+        np.testing.assert_allclose(state_after(times, jerks, T, v, a), (way, v_end, a_end), atol=1e-8)
+        pulls = [state_after(times, jerks, t, v, a)[2] for t in np.linspace(0.0, T, 50)]
+        assert np.abs(pulls).max() <= a_max * (1.0 + 1e-9) and np.abs(jerks).max() <= jerk
+    assert done > 80
 
 
 def test_a_state_beyond_the_limits_is_brought_within_them_first():

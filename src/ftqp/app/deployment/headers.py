@@ -21,6 +21,7 @@ from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype, zeros_in_line
 from ftqp.kernel.layout.scene_room import SHAPES, TERMS, TermKind
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, SUSPECTS
+from ftqp.kernel.layout.ways_room import ROOMS
 
 MAGIC: Final = b"FTQPARM\0"
 FORMAT: Final = 5
@@ -142,8 +143,11 @@ PATH = ("progress", "rate", "end")
 """Fields of a path's record that the C interface reads."""
 GOING = ("state", "ticks", "tolerance")
 """Fields of a motion to a posture that the C interface reads."""
-WAYS = ("ways.drawn", "ways.starts", "ways.most_starts", "ways.node", "ways.normal", "ways.c", "chain")
-"""Fields of a search that the C interface reads, and the chain that it copies."""
+WAYS = (
+    "ways.drawn", "ways.starts", "ways.most_starts", "ways.node", "ways.normal", "ways.c", "chain", "scene",
+    "keeps",
+)  # fmt: skip
+"""Fields of a search that the C interface reads, and the rooms that it copies."""
 GIVEN = ("samples", "may_swing", "q_min", "q_max", "v_max")
 SHOWN = {
     "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
@@ -210,9 +214,9 @@ def layout_header(joints: int = JOINTS) -> str:
         **{f"SEARCH_{place.rpartition('.')[2].upper()}": offset(ways, place) for place in WAYS},
         **{f"GOING_{name.upper()}": offset(going, name) for name in GOING},
         **{f"GOING_{state.name}": int(state) for state in Going},
-        "SIZE_OF_CHAIN": arm["chain"].itemsize,
+        **{f"SIZE_OF_{room.upper()}": record[room].itemsize for room in ROOMS},
         "ARM_CHAIN": offset(arm, "chain"),
-        "RECORD_CHAIN": offset(record, "chain"),
+        **{f"RECORD_{room.upper()}": offset(record, room) for room in ROOMS},
         **{f"IN_CHAIN_{name.upper()}": offset(arm["chain"], name) for name in CHAIN},
         **{f"FOUND_{kind.name}": int(kind) for kind in FaultKind},
         "SIZE_OF_PATH": path.itemsize,
@@ -338,5 +342,5 @@ def _bytes(file: bytes) -> str:
     return f"static const unsigned char ftqp_arm_file[] = {{\n    {body}\n}};\n"
 
 
-HEAD_OF_PLANNER = 8 + 4 * 4 + 13 * 8 + 2 * 8
+HEAD_OF_PLANNER = 8 + 4 * 4 + 15 * 8 + 2 * 8
 """Bytes of ``struct ftqp`` in ``ftqp.c``, behind which the record lies."""

@@ -15,15 +15,15 @@ from ftqp.control.following.goto_status import (
     overlap,
     posture_inside,
 )
-from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
 from ftqp.control.following.tip_tracker import HELD_BACK, FrameOfTip, TipTracker
 from ftqp.control.planner.mounted_robot import in_millimetres, out_of_reach
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
 from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.ways.joint_tracker import JointTracker
 from ftqp.control.planner.ways.way_out import WayOut
-from ftqp.control.planner.ways.ways import Ways, refusal
+from ftqp.control.planner.ways.ways import Ways, looks_per_tick, refusal
 from ftqp.control.references.jerk_limit import TipLimits
 from ftqp.core.checks import FloatArray, frozen, instance, positive
 from ftqp.core.errors import InputError
@@ -82,7 +82,7 @@ class GoTo:
     """
 
     __slots__ = (
-        "_ahead", "_aim", "_approach", "_asked", "_counts", "_joints", "_least", "_leg", "_limits",
+        "_ahead", "_aim", "_approach", "_asked", "_joints", "_least", "_leg", "_limits",
         "_looked_for", "_nearest", "_only_the_tip", "_planner", "_pose", "_refusal", "_rotation_tolerance",
         "_settling", "_status", "_stopped", "_taken", "_tip", "_to_posture", "_tolerance",
         "_turned_back", "_view",
@@ -130,7 +130,7 @@ class GoTo:
                 raise InputError(said)
             self._tip = TipTracker(planner, self._limits, task, whole=True)
             self._view = self._tip.view
-            self._joints = JointTracker(planner, self._view.command.q, rise_time)
+            self._joints = JointTracker(planner, self._view.command.q, rise_time, tolerance=self._tolerance)
             if not straight and isinstance(self._tip.frame, FrameOfTip):
                 self._asked = {"goal": self._pose, "tolerance": (self._tolerance, self._rotation_tolerance)}
         else:
@@ -140,7 +140,7 @@ class GoTo:
                 )
             instance("way", way, WayOut | None, "one of planner.ways_out()")
             goal = posture_inside(planner.robot, q) if way is None else way.places[-1]
-            self._joints = JointTracker(planner, goal, rise_time)
+            self._joints = JointTracker(planner, goal, rise_time, tolerance=self._tolerance)
             if way is not None and len(way.places) > 1:
                 self._joints.seek(goal, places=way.places)
             elif way is None and not straight:
@@ -150,16 +150,15 @@ class GoTo:
             self._pose = frozen(self._view.tip_at(JointState(goal, rest, rest)).pose)
         if way is not None:
             way.close_brakes(planner)
-        self._counts = np.ones(planner.robot.nv, dtype=np.bool_)
-        if way is not None:  # which says where joints that had failed stand, and not where they shall
-            self._counts = self._view.working | ~np.isin(planner.robot.joints, way.failed)
+            # it says where joints that had failed stand, and not where they shall
+            self._joints.counts[:] = self._view.working | ~np.isin(planner.robot.joints, way.failed)
         self._approach = ConvergenceMonitor(planner.dt)
         self._begin()
 
     def _begin(self) -> None:
         self._status = GoToStatus.MOVING
         self._least = np.inf
-        self._wait_anew()
+        self._approach.begin()
         self._settling = self._turned_back = self._only_the_tip = False
         self._aim, self._nearest = self._pose, np.zeros(0)
         self._leg: TipTracker | JointTracker = self._joints if self._tip is None else self._tip
@@ -177,10 +176,6 @@ class GoTo:
             self._joints.seek(None, straight=self._limits, nears=True, **self._asked)
         elif self._asked is not None and not self._refusal and self._view.is_reset:
             self._ahead = Ways(planner, straight=self._limits, **self._asked)
-
-    def _wait_anew(self) -> None:
-        self._approach.begin()
-        self._joints.motion.wait_anew()
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -211,7 +206,7 @@ class GoTo:
             raise InputError(
                 "a posture takes all joints, so that there is no target next to it; leave it out"
             )
-        if self._joints.motion.begins_anew():
+        if self._joints.begins_anew():
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
         leg = self._leg
         if isinstance(leg, TipTracker):
@@ -227,7 +222,7 @@ class GoTo:
             )
         else:
             step = leg.step(q, v, tau, tip)
-        self._joints.motion.goes_on()
+        self._joints.goes_on()
         self._judge(step)
         return step
 
@@ -283,7 +278,7 @@ class GoTo:
             return ONLY_THE_TIP if self._only_the_tip else self._status.value
         if self._status is GoToStatus.HALTED:
             return "; ".join([with_reason(self._status.value, self._planner.stopped_because), *self._missed])
-        heavy = self._joints.motion.too_heavy
+        heavy = self._joints.too_heavy
         weak = [] if heavy is None else [f"{heavy} is too weak to hold the arm farther on"]
         blocked = self._joints.blocked
         why = weak + ([] if blocked is None else [blocked])
@@ -334,6 +329,13 @@ class GoTo:
 
     def _judge(self, step: Step) -> None:
         """Reached, no nearer any more, stopped, or still on the way."""
+        joints = self._joints
+        if self._to_posture:
+            if joints.state is Going.RESTLESS:
+                self._end_swing(there=False)
+            else:
+                self._status, self._stopped = GoToStatus[joints.state.name], step.code == STOPPED
+            return
         if step.code in (STOPPING, STOPPED):
             self._status = GoToStatus.HALTED
             self._stopped = step.code == STOPPED
@@ -342,24 +344,20 @@ class GoTo:
             self._begin()
         if self._status is not GoToStatus.MOVING or step.code == HELD:
             return
-        joints = self._joints
-        if self._leg is joints and joints.is_on_way:
-            self._wait_anew()
+        if self._leg is joints:
+            if joints.is_on_way:
+                return
+            if self._asked is not None and joints.blocked is not None:
+                self._looked_for, self._taken = joints.blocked, MAX_WAYS
+                self._go_straight()
+            elif joints.state is not Going.MOVING:
+                self._rest(np.inf)
             return
-        if self._to_posture:
-            found = joints.judged(self._tolerance, self._counts)
-            if found == Going.RESTLESS:
-                self._end_swing(there=False)
-            elif found != Going.MOVING:
-                self._status = GoToStatus[Going(found).name]
+        if self._cannot_go_straight() and self._goes_round():
             return
-        if self._asked is not None and self._leg is joints and joints.blocked is not None:
-            self._looked_for, self._taken = joints.blocked, MAX_WAYS
-            self._go_straight()
-            return
-        if self._leg is not joints and self._cannot_go_straight() and self._goes_round():
-            return
-        commanded, measured = self._distances(step)
+        tip = self._leg
+        assert isinstance(tip, TipTracker)
+        commanded, measured = self._distances(tip, step)
         approach, speed = self._approach, self._view.pace
         approach.look(speed, measured <= 1.0)
         if commanded <= EXACT and speed < AT_REST and measured <= 1.0:
@@ -368,20 +366,19 @@ class GoTo:
         distance = max(commanded / self._tolerance, measured)
         if self._settling and distance < self._least and is_held(self._view):
             self._least, self._nearest = distance, self._view.command.q
-        tip = self._leg if isinstance(self._leg, TipTracker) else None
-        held_back = tip is not None and not self._settling and tip.behind > HELD_BACK
+        held_back = not self._settling and tip.behind > HELD_BACK
         if approach.is_nearer(distance):
             return
-        if tip is not None and not self._settling and not held_back and tip.reference.twist.any():
+        if not self._settling and not held_back and tip.reference.twist.any():
             approach.wait(for_rest=True)  # the reference is as slow as it is to be
         waited = approach.waited
-        if tip is not None and not self._settling:
+        if not self._settling:
             if waited > PATIENCE or tip.frame.holds(step):
                 if measured > 1.0 and self._goes_round():
                     return
                 self._settling = True  # the reference goes on and stands
                 approach.wait()
-        elif tip is not None and tip.reference.twist.any():
+        elif tip.reference.twist.any():
             approach.wait(for_rest=True)
         elif approach.stood > PATIENCE:
             self._rest(measured)
@@ -458,18 +455,12 @@ class GoTo:
             self._settling, self._turned_back = False, True
             self._tip.begin()
 
-    def _distances(self, step: Step) -> tuple[float, float]:
+    def _distances(self, tip: TipTracker, step: Step) -> tuple[float, float]:
         """The command's distance from the goal, and the arm's over the tolerances."""
-        if self._leg is not self._tip:
-            working = self._view.working
-            commanded = float(np.abs(self._joints.way[working]).max(initial=0.0))
-            arm = np.abs(self._joints.way_from(self._view.measured))
-            return commanded, float(arm[working].max(initial=0.0)) / self._tolerance
-        assert self._tip is not None
-        reference = self._tip.reference
+        reference = tip.reference
         left = float(np.linalg.norm(self._aim[:3, 3] - reference.p))
         turn = float(np.linalg.norm(rotation_vector(self._aim[:3, :3] @ reference.R.T)))
-        missed, turned = self._tip.frame.distances(step)
+        missed, turned = tip.frame.distances(step)
         position, rotation = left + missed, turn + turned
         far = max(position / self._tolerance, rotation / self._rotation_tolerance)
         return max(left, turn) if far <= SETTLED else max(position, rotation), far

@@ -5,13 +5,13 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.following.joint_tracker import JointTracker, looks_per_tick
 from ftqp.control.inverse_kinematics.posture_search import SAME, may_have
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.ways.ways import Ways, refusal
+from ftqp.control.planner.ways.joint_tracker import JointTracker
+from ftqp.control.planner.ways.ways import Ways, looks_per_tick, refusal
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST, RISE_TIME

@@ -78,11 +78,6 @@ class CollisionModel:
         """Pairs of the arm's own bodies that are built too near to each other to be kept apart."""
         return self._now.left_out
 
-    @property
-    def whole(self) -> int:
-        """How many of its capsules are bodies, and not ends of them."""
-        return len(self._whole(self._now.attached))
-
     def changes_for(self, content: Content, name: str, version: FloatArray) -> Changes:
         """What is to be written where the scene changes; nothing is written yet."""
         now = self._now

@@ -335,10 +335,10 @@ class Planner:
         view = self.view()
         return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self)
 
-    def way_session(self) -> tuple[Session, int]:
-        """What a search for ways takes over of the planner, and how many capsules are bodies, not ends."""
-        around = self._parts.surroundings
-        return self._session, 0 if around is None else around.whole
+    @property
+    def known(self) -> Session:
+        """What a search for ways takes over of the planner."""
+        return self._session
 
     @property
     def avoids(self) -> bool:

@@ -13,8 +13,8 @@ from ftqp.control.task.task import row_indices
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.pose import transform
 from ftqp.core.small_picture import html_table
-from ftqp.kernel.entry.session import ArmSession, Call, Session
-from ftqp.kernel.layout.enums import BRAKING, HEALTHY
+from ftqp.kernel.entry.session import ArmSession, Session
+from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.rows import CLEARANCE, COMPONENTS, HOLD, constraint_labels
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.model.robot import Robot
@@ -69,20 +69,6 @@ class PlannerView:
         self._limits = [session.field("limits", name)[:n] for name in LIMITS]
         self._loads = [session.field("chain", name)[:n] for name in ("mass", "com")]
 
-    def bind(self, name: str, *things: Any) -> Call:
-        """An entry point on the planner's record, further first arguments given."""
-        return self._session.bind(name, *things)
-
-    def bind_arm(self, name: str, *things: Any) -> Call:
-        """The same of one that takes the arm by itself, too, as it is now."""
-        call = self._session.bind(name, self._arm.memory, *things)
-
-        def called(*more: int) -> int:
-            self._arm.adopt(self._session)
-            return call(*more)
-
-        return called
-
     @property
     def is_reset(self) -> bool:
         """Whether a state is known."""
@@ -108,11 +94,6 @@ class PlannerView:
         """Which joints work, as believed, (nv,)."""
         result: BoolArray = self._code == HEALTHY
         return result
-
-    @property
-    def brakes(self) -> bool:
-        """Whether a joint that has failed is braking still."""
-        return bool((self._code == BRAKING).any())
 
     @property
     def limits(self) -> BelievedLimits:

@@ -66,6 +66,7 @@ class Layout:
         room.slot[:], room.nearest, room.held = -1, -1, 0
         room.look[:], room.gap[:] = 0, -np.inf
         room.capsules, room.pairs, room.cloud = len(capsules), 0, 0
+        room.whole = len(self._whole)
         for at, capsule in enumerate(capsules):
             room.body[at], T = mount_of(self._robot, capsule.frame or "universe")
             room.end_a[at], room.end_b[at] = (T[:3, :3] @ end + T[:3, 3] for end in (capsule.a, capsule.b))

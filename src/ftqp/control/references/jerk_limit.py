@@ -53,17 +53,13 @@ class Motion:
         jerk: FloatArray,
         *,
         goal_v: FloatArray | None = None,
-        goal_a: FloatArray | None = None,
-        least: float = 0.0,
     ) -> bool:
-        """Plan the motion to a place in ``least`` [s] or more; False where it can only brake to rest."""
+        """Plan the motion to a place; False where it can only brake to rest."""
         top = np.minimum(v_max, ENDLESS)
         end = np.zeros(len(goal)) if goal_v is None else np.clip(goal_v, -TOUCHING * top, TOUCHING * top)
         given = self._input
         given.control_interface = ruckig.ControlInterface.Position
         given.target_position = goal.tolist()
-        given.target_acceleration = np.zeros(len(goal)).tolist() if goal_a is None else goal_a.tolist()
-        given.minimum_duration = least if least > 0.0 else None
         if self._planned(state, end, top, a_max, jerk):
             return True
         self.brake(state, a_max, jerk)
@@ -75,7 +71,6 @@ class Motion:
         """Plan the change to a velocity, wherever it happens."""
         given = self._input
         given.control_interface = ruckig.ControlInterface.Velocity
-        given.target_acceleration, given.minimum_duration = [0.0] * len(state.q), None
         end = np.zeros(len(state.q)) if velocity is None else velocity
         if not self._planned(state, end, np.full(len(end), ENDLESS), a_max, jerk):
             self._standing = State(state.q.copy(), np.zeros(len(end)), np.zeros(len(end)))
@@ -101,6 +96,7 @@ class Motion:
         self, state: State, end: FloatArray, v_max: FloatArray, a_max: FloatArray, jerk: FloatArray
     ) -> bool:
         given = self._input
+        given.target_acceleration = [0.0] * len(end)
         given.current_position = state.q.tolist()
         given.current_velocity = state.v.tolist()
         given.current_acceleration = state.a.tolist()

@@ -12,30 +12,19 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import keep_rows
 from ftqp.kernel.layout.enums import (
-    ACCELERATION,
     BRAKING,
-    GOING_HALTED,
     GOING_MOVING,
     GOING_REACHED,
     GOING_RESTLESS,
     GOING_UNREACHABLE,
     HEALTHY,
-    HELD,
-    INVALID_INPUT,
-    STOPPED,
-    STOPPING,
-    TARGET_HAS_ROTATION,
 )
 from ftqp.kernel.layout.thresholds import (
     ACCELERATION_SHARE,
     AT_REST,
-    BANDWIDTH,
-    BANDWIDTH_STEPS,
     COMES_NEARER,
-    DEVIATION,
     ENDLESS,
     EXACT,
-    LEAST_ACCELERATION,
     PATIENCE,
     RESTLESS_PATIENCE,
     SLOW_SHARE,
@@ -54,15 +43,20 @@ SPEED_SHARE = 0.999
 PLACES, FINER, NEARER_ENDS = 17, 10, 8
 """Whether motors hold the arm is looked at in so many places of a motion, in so many between the last at
 which they do and the next, and so many nearer ends are tried before the arm is left where it stands."""
-TOLERANCE = 1e-3
-"""How near every joint of an arm in C comes to its goal [rad or m]."""
+BISECTIONS = 50
+"""Halvings of a share until rounding ends that. A convention."""
+
+
+@jit
+def short_way(K: Any, i: int, way: float) -> float:
+    """A way of joint i; of a continuous joint the short way round."""
+    return way - 2.0 * pi * floor((way + pi) / (2.0 * pi)) if K.chain.continuous[i] else way
 
 
 @jit
 def way_from(K: Any, W: Any, i: int, q: float) -> float:
-    """From a place of joint i to its goal; of a continuous joint the short way round."""
-    way: float = W.goal[i] - q
-    return way - 2.0 * pi * floor((way + pi) / (2.0 * pi)) if K.chain.continuous[i] else way
+    """From a place of joint i to its goal."""
+    return short_way(K, i, W.goal[i] - q)
 
 
 @jit
@@ -130,15 +124,35 @@ def _go(W: Any, n: int) -> None:
         _go_together(W, n)
 
 
+@jit
+def _brake_joint(W: Any, i: int, share: float) -> float:
+    """Joint i comes to rest soonest with a share of its limits: how long that takes [s]."""
+    W.way[i] = brake(W.times[i], W.jerks[i], W.v[i], W.a[i], share * W.a_max[i], share * W.jerk[i])
+    return duration_of(W.times[i])
+
+
 @rare_jit
-def _brake(W: Any, n: int) -> None:
-    """Every joint comes to rest soonest."""
-    W.duration = 0.0
+def _brake(K: Any, W: Any, n: int) -> None:
+    """Every joint comes to rest soonest; all at the same time beside one that has failed and brakes.
+
+    So they stay near the way that they were on.
+    """
+    W.duration, brakes = 0.0, False
     for i in range(n):
         W.way[i] = 0.0
+        brakes = brakes or K.faults.code[i] == BRAKING
         if W.moves[i]:
-            W.way[i] = brake(W.times[i], W.jerks[i], W.v[i], W.a[i], W.a_max[i], W.jerk[i])
-            W.duration = max(W.duration, duration_of(W.times[i]))
+            W.duration = max(W.duration, _brake_joint(W, i, 1.0))
+    for i in range(n if brakes else 0):
+        low, high = 0.0, 1.0
+        for _ in range(BISECTIONS if W.moves[i] and (W.v[i] != 0.0 or W.a[i] != 0.0) else 0):
+            middle = 0.5 * (low + high)
+            if _brake_joint(W, i, middle) > W.duration:
+                low = middle
+            else:
+                high = middle
+        if W.moves[i]:
+            _brake_joint(W, i, high)
 
 
 @jit
@@ -216,7 +230,7 @@ def plan_going(K: Any, A: Any, W: Any, goes: int) -> None:
         for i in range(n):
             W.v[i] = W.a[i] = 0.0
     if not goes:
-        _brake(W, n)
+        _brake(K, W, n)
         return
     _go(W, n)
     if not W.looks and W.heavy < 0:
@@ -227,35 +241,7 @@ def plan_going(K: Any, A: Any, W: Any, goes: int) -> None:
             return
         _go(W, n)
     if limited:
-        _brake(W, n)
-
-
-@jit
-def write_going(K: Any, W: Any, J: Any) -> None:
-    """Let the tick follow the motion at the time that is asked for."""
-    n, dt, t = K.chain.n, K.state.dt, W.t
-    look_up(W, n, t)
-    for i in range(n):
-        if W.moves[i]:
-            J.q[i], J.v[i] = W.q_now[i], W.v_now[i]
-    look_up(W, n, t + dt)
-    for i in range(n):
-        if W.moves[i]:
-            change = W.v_now[i] - J.v[i] if K.state.level == ACCELERATION else W.q_now[i] - J.q[i]
-            J.x[i] = change / dt
-
-
-@jit
-def is_left(K: Any, W: Any) -> bool:
-    """Whether the command is not where the motion is."""
-    look_up(W, K.chain.n, W.t)
-    for i in range(K.chain.n):
-        if W.moves[i] and (
-            abs(K.state.q_command[i] - W.q_now[i]) > DEVIATION
-            or abs(K.state.v_command[i] - W.v_now[i]) > W.slow[i]
-        ):
-            return True
-    return False
+        _brake(K, W, n)
 
 
 @jit
@@ -294,20 +280,6 @@ def judge_going(K: Any, W: Any) -> int:
 
 
 @jit
-def begin_going(K: Any, given: Any, W: Any, J: Any, q: Any) -> None:
-    """Go to a posture from the next tick on."""
-    bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / K.state.dt)
-    accelerates = K.state.level == ACCELERATION
-    J.kp, J.kv = (bandwidth * bandwidth, 2.0 * bandwidth) if accelerates else (bandwidth, 0.0)
-    J.spared = 0.0
-    for i in range(K.chain.n):
-        W.goal[i], W.counts[i] = q[i], 1
-        W.least[i], W.jerk[i] = LEAST_ACCELERATION * given.a_max[i], ACCELERATION_SHARE * given.jerk[i]
-    W.target[TARGET_HAS_ROTATION] = 1.0
-    W.tolerance, W.ticks, W.state = TOLERANCE, -1, GOING_MOVING
-
-
-@jit
 def _believes_anew(K: Any, W: Any) -> bool:
     """Whether something else is believed of a joint, its limits or the load than a tick ago."""
     limits, chain, news = K.limits, K.chain, False
@@ -323,13 +295,15 @@ def _believes_anew(K: Any, W: Any) -> bool:
 
 
 @jit
-def _begin_anew(K: Any, W: Any) -> None:
+def begin_anew(K: Any, W: Any) -> None:
     """Forget what was planned and seen on the way, and ask for the whole task."""
     W.begun, W.looks, W.heavy, W.state = -1, 1, -1, GOING_MOVING
+    W.plays, W.thinks, W.blocked, W.rate, W.stood = 0, 0, 0, 1.0, 0.0
     wait_anew(W)
-    K.task.late = 0
-    if K.task.given_up:
-        keep_rows(K.task, K.terms, K.qp, 0)
+    if W.whole:
+        K.task.late = 0
+        if K.task.given_up:
+            keep_rows(K.task, K.terms, K.qp, 0)
 
 
 @jit
@@ -338,34 +312,6 @@ def begins_anew(K: Any, W: Any) -> bool:
     news = _believes_anew(K, W)
     if W.ticks == K.state.ticks and not news:
         return False
-    _begin_anew(K, W)
-    return True
-
-
-@jit
-def lead_going(K: Any, A: Any, W: Any, J: Any) -> None:
-    """Before a tick: plan where that is due, and lead the joints."""
-    begins_anew(K, W)
-    if W.begun != K.state.ticks or W.speed != K.feedback.speed:
-        W.speed, W.t = K.feedback.speed, 0.0
-        plan_going(K, A, W, 1)
-    write_going(K, W, J)
-
-
-@jit
-def follow_going(K: Any, W: Any, code: int) -> bool:
-    """After a tick: how the arm stands on its way; whether it does not come to rest, and is to be stopped."""
-    W.t += K.state.dt
-    off = code in (STOPPING, STOPPED, INVALID_INPUT, HELD)
+    begin_anew(K, W)
     W.ticks = K.state.ticks
-    W.begun = -1 if off or is_left(K, W) else K.state.ticks
-    if code in (STOPPING, STOPPED):
-        W.state = GOING_HALTED
-        return False
-    if W.state == GOING_HALTED:
-        _begin_anew(K, W)
-    if W.state != GOING_MOVING or code == HELD:
-        return False
-    found = judge_going(K, W)
-    W.state = GOING_MOVING if found == GOING_RESTLESS else found
-    return found == GOING_RESTLESS
+    return True

@@ -168,4 +168,5 @@ def move_thing(scene: Any, k: int, T: Any, twist: Any) -> int:
     assign(scene.twist[k], twist, 6)
     look_again(scene)
     scene.gap[:] = -inf
+    scene.version += 1
     return 0

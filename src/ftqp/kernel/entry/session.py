@@ -56,12 +56,15 @@ def writer_of(target: FloatArray) -> Call:
     return bound("write_target", target)
 
 
+def copies(changes: Sequence[tuple[Any, Any]]) -> Any:
+    """What tells compiled code which arrays are written into which, (k, 3); they are the caller's to keep."""
+    rows = [(to.ctypes.data, given.ctypes.data, given.nbytes // WORD) for to, given in changes]
+    return np.array(rows, dtype=np.int64).reshape(-1, 3)
+
+
 def write_together(changes: Sequence[tuple[Any, Any]]) -> None:
     """Write arrays into others in one compiled call: all of them, or none where an exception comes before."""
-    table = np.array(
-        [(to.ctypes.data, given.ctypes.data, given.nbytes // WORD) for to, given in changes], dtype=np.int64
-    )
-    bound("write_together", table, len(table))()
+    bound("write_together", table := copies(changes), len(table))()
 
 
 def thread_count() -> int:

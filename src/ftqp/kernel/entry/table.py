@@ -191,14 +191,14 @@ stop commands.stops first c takes K:record reason
     calls stop(K.watch, reason)
 resume commands.stops first c takes K:record
     calls resume(K.watch, K.feedback, K.chain)
-plan_going commands.going first takes K:record A:arm W:going goes
-write_going commands.going first takes K:record W:going J:joints
-is_left commands.going first takes K:record W:going
-look_up commands.going first takes K:record W:going
-    calls look_up(W, K.chain.n, W.t)
-judge_going commands.going first takes K:record W:going
 begins_anew commands.going first takes K:record W:going
-begin_going commands.going c takes K:record G:given W:going J:joints q:f8[K.chain.n]
+aim_going search.on_the_way first takes K:record W:going asks
+is_on_way search.on_the_way first takes W:going S:ways
+lead_going search.on_the_way first takes K:record A:arm W:going J:joints S:ways copies:i8[rows,3] rows
+    calls lead_going(K, A, W, J, S, copies)
+follow_going search.on_the_way first takes K:record W:going S:ways code
+begin_going search.on_the_way c takes K:record G:given W:going J:joints S:ways seeks q:f8[K.chain.n]
+begin_going_to_pose search.on_the_way c takes K:record G:given W:going J:joints S:ways goal:f8[16]
 carry commands.believed first c takes K:record A:arm G:given payload:load
 hold commands.surroundings first c takes K:record G:given place:f8[16]
     calls hold(K.chain, G, place)
@@ -261,25 +261,22 @@ continuations entry.study_entries nogil
 self_speed_tracks entry.study_entries nogil
     takes S:study C:continuation k samples goals:f8[samples,GOAL_SIZE] speeds:f8[k,samples-1]
           q:f8[k,samples,S.chain.n] facts:f8[k,2] first last
-know_arm search.known_arm demo nogil takes W:ways K:record whole
-draw_about search.asking demo nogil takes W:ways q:f8[W.chain.n] seed
-choose_rows search.asking demo nogil takes W:ways rows has_axis
+begin_asked search.asking demo nogil takes W:ways K:record q:f8[W.chain.n] seed
 aim_at search.asking demo nogil takes W:ways goal:f8[16]
-begin_ways search.motion demo nogil takes W:ways q:f8[W.chain.n]
-    calls begin_search
 add_goal search.trees demo nogil takes W:ways q:f8[W.chain.n]
 find_posture search.trees demo nogil c takes W:ways looks
 explore search.trees demo nogil takes W:ways looks
 lead_to search.trees demo nogil takes W:ways node
 follow_path search.trees demo nogil takes W:ways looks
-search_step search.motion demo nogil takes W:ways looks table:f8[rows,W.chain.n] raw:f8[rows,W.chain.n] rows
-    calls search_step(W, looks, table, raw, rows)
+search_step search.motion demo nogil takes W:ways looks
 deployed_step ticks.steps c
     takes K:record G:given F:free q:f8[K.chain.n] v:f8[K.chain.n] target:f8[TARGET_SIZE] ticks
           work:f8[TARGET_SIZE+2*K.chain.n]
 deployed_seek search.asking c takes W:ways K:record G:given goal:f8[16]
     calls seek
-deployed_go ticks.steps c takes K:record A:arm W:going J:joints q:f8[K.chain.n] v:f8[K.chain.n]
+deployed_go ticks.steps c
+    takes K:record A:arm W:going J:joints S:ways copies:i8[rows,3] rows q:f8[K.chain.n] v:f8[K.chain.n]
+    calls deployed_go(K, A, W, J, S, copies, q, v)
 deployed_follow ticks.steps c-path
     takes K:record G:given F:free path:path table:f8[rows,COLUMNS] rows q:f8[K.chain.n] v:f8[K.chain.n]
           ticks work:f8[TARGET_SIZE+2*K.chain.n]

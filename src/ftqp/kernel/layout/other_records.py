@@ -76,7 +76,7 @@ joints  A motion of the joints that is followed, see ``ftqp.kernel.rows.objectiv
     x  f8[N]  its mean acceleration, or velocity, until the next tick
     demand  f8[N]  what the QP is asked for
     spared  f8  of the distance that is kept, as the motion is proven to keep the rest of it: a share
-going  A motion of the joints to a posture, see ``ftqp.kernel.commands.going``.
+going  A motion of the joints, see ``ftqp.kernel.commands.going`` and ``ftqp.kernel.search.on_the_way``.
     goal  f8[N]
     q v a way  f8[N]  the state that it begins from, and how far each joint goes
     times jerks  f8[N,8]  of the parts of its motion
@@ -90,6 +90,13 @@ going  A motion of the joints to a posture, see ``ftqp.kernel.commands.going``.
     best  f8
     since lately  i8  ticks without coming nearer, and slow ones
     ticks begun state  i8  after which tick it goes on, -1 where it begins anew; a ``Going``
+    whole asks  i8  it asks for the whole task; 0: goes straight, 1: round what is kept, 2: as is asked
+    plays thinks  i8  the motion is that of the search; 1: a way is looked for, 2: a motion is proven again
+    blocked  i8  there is no way: 1 none was found, 2 the arm does not come to rest
+    tries left late scene  i8  how often it began anew, was planned, joints that failed braked, of which scene
+    rate stood brakes  f8  its pace, how long it has stood, how long it may wait for such joints [s]
+    rest  f8[N]  where the arm comes to rest
+    bend_times bend_jerks  f8[N,8]  of what leads from braking into the motion that was found
     known  f8[N,10]  what was believed of each joint when it was planned
     target  f8[TARGET_SIZE]
 fault  A fault as it is reported, the layout of ``ftqp_fault`` in C; NaN for what is not said.

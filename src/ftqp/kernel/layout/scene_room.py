@@ -106,6 +106,7 @@ scene  What ``ftqp.kernel.scene`` knows: the arm as capsules, what is around, an
     cloud_pair  i8  from this pair on each body has NEAREST pairs
     chosen_tick  i8  when balls were chosen
     things  i8  of the scene, its cloud counted as one
+    whole  i8  so many of the capsules are bodies, and not ends of them
     laid  i8  how often the room was laid out
     version  i8  that of the scene then
     version_at  i8  where its version now lies; 0 for a copy, whose scene stays as it is

@@ -17,12 +17,32 @@ joints."""
 PLACES, POSES, PIECES, INTERVALS, STRETCHES = 512, 256, 1024, 4800, 128
 """The most places of a way, poses of a tube or a path, pieces of a rounded way, intervals in time, and
 stretches of an edge that are still to be looked at. Conventions, which size memory."""
+TABLE = 500_000
+"""The most numbers in a motion that was timed: 71 s of seven joints at 1 kHz, and what takes longer has fewer
+places. A convention, which sizes memory."""
 
 HINDRANCES = 5 * scene_room.PAIRS + 1
 """Things that may stand in the way of a posture."""
 
 PROOF: Final = 0.5
 """The motion is proven with this share of what is kept at least: the mean leaves the way that was proven."""
+
+LOOKS_A_SECOND, LEAST_LOOKS = 50_000, 10
+"""Looks at postures for the time between two ticks [1/s], which take a sixth of a processor
+(``python benchmarks/ft_mbm.py``), and the least number of them."""
+MOST: Final = 400_000
+"""So many looks are spent on trees at most, about a second. A guess."""
+SHORTENING_LOOKS: Final = 1500
+"""So many looks are spent on making a way shorter. A guess: 3,000 shorten ways from 8.1 to 4.9 rad and take
+ten times the search."""
+ROOMS: Final = ("chain", "scene", "keeps")
+"""What a search has of a planner's record."""
+PLANNERS_ROWS: Final = -1
+"""The rows of poses that count are those of the planner's task."""
+STRAIGHT, ROUND, AS_ASKED = 0, 1, 2
+"""How the joints go: straight, round what is kept, or as the search is asked, whatever is kept."""
+NONE_FOUND, NO_REST = 1, 2
+"""Why there is no way: none was found, or the arm does not come to rest."""
 
 
 @numbered()
@@ -43,6 +63,16 @@ class WayStage(IntEnum):
 TEXT: Final = """
 ways  What a search for a way of the joints is asked, and its memory, see ``ftqp.kernel.search``.
         The rooms ``chain``, ``ahead``, ``scene`` and ``keeps`` behind it are those of a planner.
+    asks_rows asks_axis  i8  the rows of poses that count, as ``rows``, -1: those of the planner's task
+    asks_pose asks_nears asks_straight asks_most  i8  as ``has_goal``, ``nears``, ``straight``, ``most`` begin
+    asks_rise  f8  what ``rise`` is at least [s]
+    asks_places  i8  so many of ``given_place`` are gone to one after the other; 0: the way is looked for
+    given_goal  f8[16]
+    given_tube  f8[POSES,12]
+    given_place  f8[PLACES,N]
+    a_least jerk  f8[N]  the least a_max, and the largest jerk
+    start_met goal_met  i8  what stands in the way of the start, and of the last goal, see ``obstruction``
+    again  i8  what is proven is a motion that was found before
     stage  i8  a ``WayStage``
     looks  i8  postures that were looked at
     until  i8  the number of them at which shortening ends
@@ -80,6 +110,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     tolerance  f8[2]  of a pose, in place and in turning times ``length`` [m]
     slack  f8  by how much an edge may leave the tube between places [m]
     dt rise speed  f8  of the motion: a tick, a_max over the largest jerk [s], share of the speed limits
+    period  f8  the time between two places of it [s]: a tick, or more where there would be too many
     before  f8  what is cut from the leg that comes
     fine  f8  longest interval of time scaling [rad or m]
     cut  f8  so much of the piece ``paced`` is cut into intervals [rad or m]
@@ -138,6 +169,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     top  f8[INTERVALS]  the largest s'^2 with which bodies come near no faster than they may
     tip_rate  f8[INTERVALS+1,2]  the tip's way, linear and angular, by that of the joints at its begin
     alpha beta gamma  f8[4*N+12]  memory: limits alpha u + beta x <= gamma
+    turned  f8[9]  memory
+    table  f8[TABLE]  the motion: places of the joints from rest to rest
 """
 WAYS: Final = sections(TEXT, vars(scene_room) | globals() | {"KEEPS": KEEPS})
 """What gives its fields."""

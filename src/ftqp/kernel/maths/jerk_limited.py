@@ -16,6 +16,8 @@ from ftqp.kernel.maths.elementary import sqrt
 
 PARTS = 8
 """Parts of the motion of a joint."""
+MEETS = 1e-9
+"""A motion that ends so near to its place ends there [rad or m]. Rounding."""
 HALVINGS = 100
 """So often an interval is halved at most, and rounding ends that sooner."""
 
@@ -96,6 +98,48 @@ def fastest(
             high = w
     _way(times, jerks, v, a, sign * low, a_max, jerk)
     return sign * low
+
+
+@jit
+def _way_in(
+    times: Any, jerks: Any, v: float, a: float, w: float, v_end: float, a_end: float, a_max: float,
+    jerk: float, T: float,
+) -> float:  # fmt: skip
+    """How far a joint goes in a time of T by way of the speed w to another state; its parts.
+
+    What leads from w to that state is what leads from there to w, backwards.
+    """
+    times[0] = jerks[0] = jerks[4] = 0.0
+    _change(times, jerks, 1, v, a, w, a_max, jerk)
+    _change(times, jerks, 5, v_end, -a_end, w, a_max, jerk)
+    times[5], times[7], jerks[5], jerks[7] = times[7], times[5], jerks[7], jerks[5]
+    times[4] = 0.0
+    times[4] = T - duration_of(times)
+    return state_after(times, jerks, T, v, a)[0]
+
+
+@rare_jit
+def between(
+    times: Any, jerks: Any, way: float, v: float, a: float, v_end: float, a_end: float, v_max: float,
+    a_max: float, jerk: float, T: float,
+) -> bool:  # fmt: skip
+    """Go so far in a time of T [s] from one speed and acceleration to others: whether that can be done.
+
+    The farther the higher w is, as far as there is time for w; most of it is left between both speeds.
+    """
+    low, high = -v_max, v_max
+    soonest = 0.5 * (v + v_end) + 0.25 * (a * abs(a) - a_end * abs(a_end)) / jerk
+    for _ in range(HALVINGS):
+        w = 0.5 * (low + high)
+        if w in (low, high):
+            break
+        gone = _way_in(times, jerks, v, a, w, v_end, a_end, a_max, jerk, T)
+        if gone <= way if times[4] >= 0.0 else w < soonest:
+            low = w
+        else:
+            high = w
+    gone = _way_in(times, jerks, v, a, 0.5 * (low + high), v_end, a_end, a_max, jerk, T)
+    return bool(times[4] >= 0.0 and max(abs(a), abs(a_end)) <= a_max and abs(gone - way) <= MEETS)
 
 
 @rare_jit

@@ -52,7 +52,7 @@ def _may_be_too_heavy(K: Any) -> bool:
 
 
 @jit
-def _choose_pairs(K: Any, whole: int) -> None:
+def _choose_pairs(K: Any) -> None:
     """Pairs of whole bodies, and of the ends of those that half-spaces are apart from."""
     scene, W = K.scene, K.ways
     count = scene.cloud_pair if scene.cloud > 0 else scene.pairs
@@ -63,7 +63,7 @@ def _choose_pairs(K: Any, whole: int) -> None:
         c, other = scene.first[p], scene.second[p]
         if p >= count:
             W.is_body[c] = W.sees_balls[c] = 1
-        elif c < whole or (other < 0 and scene.solid[-1 - other] == HALF_SPACE):
+        elif c < scene.whole or (other < 0 and scene.solid[-1 - other] == HALF_SPACE):
             W.pair[W.pairs] = p
             W.pairs += 1
             W.is_body[c] = 1
@@ -75,7 +75,7 @@ def _choose_pairs(K: Any, whole: int) -> None:
 
 
 @part_jit
-def know_arm(K: Any, P: Any, whole: int) -> None:
+def know_arm(K: Any, P: Any) -> None:
     """Take over what a planner believes of its joints, and which pairs of its scene count."""
     W, chain, limits = K.ways, K.chain, P.limits
     for j in range(chain.n):
@@ -87,7 +87,7 @@ def know_arm(K: Any, P: Any, whole: int) -> None:
         W.tool[k] = P.task.axis[k]
     W.weighs = 1 if chain.has_inertia and _may_be_too_heavy(K) else 0
     W.keep, W.share = K.scene.keep if K.scene.pairs > 0 else ALONE, 1.0
-    _choose_pairs(K, whole)
+    _choose_pairs(K)
 
 
 @jit

@@ -27,7 +27,9 @@ from ftqp.kernel.layout.ways_room import (
     ROUNDING,
     SAMPLING,
     SHORTENING,
+    TABLE,
 )
+from ftqp.kernel.maths.elementary import matrix_view
 from ftqp.kernel.scene.clearance import (
     LEAST_BRAKE,
     add_gradient,
@@ -195,8 +197,13 @@ def _begin_sampling(K: Any) -> None:
     if inf == T:
         _give_up(W)
         return
-    W.window = max(1, int(2.0 * W.rise / W.dt + 0.5))
-    W.ticks = ceil(T / W.dt) + W.window + 1
+    W.period = W.dt
+    while True:
+        W.window = max(1, int(2.0 * W.rise / W.period + 0.5))
+        W.ticks = ceil(T / W.period) + W.window + 1
+        if W.ticks * K.chain.n <= TABLE:
+            break
+        W.period *= 2.0
 
 
 @jit
@@ -323,26 +330,34 @@ def pace_next(K: Any) -> None:
     W.cut, W.grid = W.cut + W.ds[i], i + 1
 
 
+@jit
+def places_of(K: Any) -> Any:
+    """The places of the motion, (ticks, n)."""
+    return matrix_view(K.ways.table, 0, K.ways.ticks, K.chain.n)
+
+
 @part_jit
-def sample(K: Any, table: Any, raw: Any) -> None:
-    """Places at every tick, the mean over ``window`` ticks of what the times say."""
-    W, n, i = K.ways, K.chain.n, 0
+def sample(K: Any) -> None:
+    """Places after every period, the mean over ``window`` of them of what the times say."""
+    W, n, i, table = K.ways, K.chain.n, 0, places_of(K)
     T, w = W.time[W.grid], W.window
     count = W.ticks - w + 1
     for k in range(count):
-        t = min(k * W.dt, T)
+        t = min(k * W.period, T)
         while i + 1 < W.grid and W.time[i + 1] < t:
             i += 1
         h, p = t - W.time[i], W.piece[i]
         s = W.s[i] + min(sqrt(W.x[i]) * h + 0.5 * W.u[i] * h * h, W.ds[i])
         for j in range(n):
-            raw[k, j] = W.c[p, 0, j] + s * (W.c[p, 1, j] + s * W.c[p, 2, j])
+            table[k, j] = W.c[p, 0, j] + s * (W.c[p, 1, j] + s * W.c[p, 2, j])
     for j in range(n):
-        total = w * raw[0, j]
-        for k in range(W.ticks):
-            total += raw[min(k, count - 1), j] - raw[max(k - w, 0), j]
+        first, last = table[0, j], table[count - 1, j]
+        total = w * last
+        for k in range(W.ticks - 1, 0, -1):
+            here = table[k, j] if k < count else last
             table[k, j] = total / w
-        table[W.ticks - 1, j] = raw[count - 1, j]
+            total += (table[k - w, j] if k > w else first) - here
+        table[W.ticks - 1, j] = last
 
 
 @jit
@@ -356,9 +371,9 @@ def _is_straight(K: Any, table: Any, i: int, j: int) -> bool:
 
 
 @jit
-def _prove_next(K: Any, table: Any) -> None:
+def _prove_next(K: Any) -> None:
     """Prove the next piece of the motion; the mean is halved where it is not free."""
-    W = K.ways
+    W, table = K.ways, places_of(K)
     i, more = W.checked, W.chunk
     if i >= W.ticks - 1:
         W.stage, W.is_free, W.share = READY, 1, 1.0
@@ -370,20 +385,20 @@ def _prove_next(K: Any, table: Any) -> None:
         W.checked, W.chunk = i + more, min(2 * more, LONGEST)
     elif W.capped and more > 1:
         W.chunk = more // 2
-    elif W.window == 1 and W.straight:
+    elif W.window == 1 and W.straight and not W.again:
         _give_up(W)
-    elif W.window == 1:
+    elif W.window == 1 or W.again:
         W.stage, W.is_free, W.share = READY, 0, 1.0
     else:
         W.window //= 2
-        W.ticks = ceil(W.time[W.grid] / W.dt) + W.window + 1
+        W.ticks = ceil(W.time[W.grid] / W.period) + W.window + 1
         W.stage = SAMPLING
     W.share = 1.0
 
 
 @jit
-def search_step(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
-    """Search for about so many looks; the stage. SAMPLING needs tables of ``ticks`` rows."""
+def search_step(K: Any, looks: int) -> int:
+    """Search for about so many looks; the stage."""
     W = K.ways
     stop = W.looks + looks
     while W.looks < stop:
@@ -398,15 +413,20 @@ def search_step(K: Any, looks: int, table: Any, raw: Any, rows: int) -> int:
         elif W.stage == PACING:
             pace_next(K)
         elif W.stage == SAMPLING:
-            if rows < W.ticks:
-                break
-            sample(K, table, raw)
+            sample(K)
             W.stage, W.checked, W.chunk = PROVING, 0, LONGEST
         elif W.stage == PROVING:
-            _prove_next(K, table)
+            _prove_next(K)
         else:
             break
     return int(W.stage)
+
+
+@jit
+def prove_again(K: Any, first: int) -> None:
+    """Let a motion that was found be proven anew from one of its places on."""
+    W = K.ways
+    W.stage, W.again, W.is_free, W.checked, W.chunk = PROVING, 1, 0, first, 1
 
 
 @part_jit
@@ -416,6 +436,7 @@ def begin_search(K: Any, q: Any) -> int:
     W.stage, W.looks, W.starts, W.posed, W.clear, W.met = FOLLOWING if W.straight else GROWING, 0, 0, 0, 0, 0
     W.hindered[:], W.least = 0, inf
     W.tree, W.joining, W.grown, W.places, W.share = 0, 0, 0, 0, 1.0
+    W.followed = W.again = W.is_free = 0
     W.count[0] = W.count[1] = 0
     for j in range(K.chain.n):
         W.start[j] = q[j]

@@ -163,7 +163,7 @@ def step_towards(K: Any, a: Any, place: Any, b: Any) -> int:
 
 
 @jit
-def _round(W: Any) -> None:
+def round_off(W: Any) -> None:
     """The way stands: its corners come next."""
     W.stage, W.corner, W.pieces, W.before = ROUNDING, 0, 0, 0.0
 
@@ -223,7 +223,7 @@ def _join(K: Any, a: int, b: int) -> None:
 def add_goal(K: Any, q: Any) -> int:
     """Add a goal posture, or say what stands there; a straight way to it that is free is the way."""
     W = K.ways
-    met = obstruction(K, q)
+    met = W.goal_met = obstruction(K, q)
     if met != 0 or W.stage > GROWING or is_full(K):
         return met
     k = add_node(K, 1, q, -1)
@@ -386,7 +386,7 @@ def follow_line(K: Any) -> None:
         assign(W.place[W.followed], W.follows, n)
     elif W.followed + 1 >= W.path:
         W.places, W.found = W.path, W.looks
-        _round(W)
+        round_off(W)
     else:
         W.stage, W.straight = GROWING, 0
 
@@ -467,7 +467,7 @@ def shorten(K: Any) -> None:
     W, n, Q, a, b = K.ways, K.chain.n, K.ways.place, K.ways.begin, K.ways.finish
     k = W.places
     if k <= 2 or W.looks >= W.until or W.vain >= VAIN:
-        _round(W)
+        round_off(W)
         return
     x, y = chance(W) * (k - 1), chance(W) * (k - 1)
     x, y = min(x, y), max(x, y)

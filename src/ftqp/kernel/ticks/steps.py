@@ -10,7 +10,6 @@ import numpy as np
 
 from ftqp.kernel.closed_forms.closed_form_tick import resolve
 from ftqp.kernel.commands.believed import falls
-from ftqp.kernel.commands.going import follow_going, lead_going
 from ftqp.kernel.commands.stops import stop
 from ftqp.kernel.dtrnn.iterations import solve_planner_qp
 from ftqp.kernel.feedback.late_loop import miss
@@ -21,6 +20,7 @@ from ftqp.kernel.judge.solution_check import pack, packed_size, solution_size, u
 from ftqp.kernel.layout.enums import (
     ALL_USABLE,
     ANSWERED,
+    GOING_RESTLESS,
     HEALTHY,
     MAIN_STAGE,
     NEWS,
@@ -38,6 +38,7 @@ from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance, look_up
 from ftqp.kernel.rows.task_rows import turn_back
+from ftqp.kernel.search.on_the_way import follow_going, lead_going
 from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_numbers, accept_state, accept_target
 from ftqp.kernel.ticks.tick import (
     prepare_free,
@@ -227,17 +228,17 @@ def deployed_step(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any, ticks
 
 
 @jit
-def deployed_go(K: Any, A: Any, W: Any, J: Any, q: Any, v: Any) -> int:
+def deployed_go(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, q: Any, v: Any) -> int:
     """The tick on the way to a posture: a status, with NEWS where something was found, or a mistake."""
     if K.state.is_reset:
-        lead_going(K, A, W, J)
+        lead_going(K, A, W, J, S, copies)
     code = accept_numbers(K, q, v, W.target)
     if code < 0:
         return code
     for k in range(TARGET_SIZE):
         K.task.target[k] = 0.0
     code = step_on_joints(K, J)
-    if code >= 0 and follow_going(K, W, code % NEWS):
+    if code >= 0 and follow_going(K, W, S, code % NEWS) == GOING_RESTLESS:
         stop(K.watch, STOPPED_AS_ASKED)
     return code
 

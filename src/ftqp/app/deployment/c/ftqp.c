@@ -11,6 +11,7 @@
 #define MAGIC "FTQPARM"
 #define OPEN UINT64_C(0x7166747071667470)
 #define SEEKS UINT64_C(0x6b65657371747466)
+#define LEADS UINT64_C(0x6461656c71747466)
 #define LINE(bytes) (((bytes) + 63u) & ~(uint64_t)63u)
 #define AT(pointer) ((int64_t)(uintptr_t)(pointer))
 
@@ -37,8 +38,9 @@ int64_t KERNEL(carry)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(torques)(int64_t);
 int64_t KERNEL(ask_for_brake)(int64_t, int64_t);
 int64_t KERNEL(hold)(int64_t, int64_t, int64_t);
-int64_t KERNEL(begin_going)(int64_t, int64_t, int64_t, int64_t, int64_t);
-int64_t KERNEL(deployed_go)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(begin_going)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(begin_going_to_pose)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(deployed_go)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(deployed_seek)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(find_posture)(int64_t, int64_t);
 int64_t KERNEL(aim)(int64_t, int64_t, int64_t, int64_t);
@@ -67,6 +69,8 @@ struct ftqp {
     int32_t joints, samples, status;
     uint32_t noticed; /* what was found when ftqp_watch was asked last, as one number */
     uint64_t record, given, arm, path, table, table_bytes, free, going, led, rows, faults, work, bytes;
+    ftqp_search *search; /* of the way that is gone, or NULL: it is straight */
+    const ftqp *leader;  /* whose search it is: not that of a copy of the planner */
     double shares[2];
 };
 
@@ -258,7 +262,7 @@ int ftqp_open_for(ftqp *p, const void *file, size_t bytes, int joints, uint64_t 
 
 /* What a search begins with; behind it lies its record. */
 struct ftqp_search {
-    uint64_t seeks;
+    uint64_t state; /* SEEKS of ftqp_find, LEADS of ftqp_go, or neither */
     int32_t joints;
 };
 
@@ -494,30 +498,52 @@ static int told(int64_t code) {
     return code < 0 || code > 2 ? FTQP_INTERNAL : said[code];
 }
 
-int ftqp_seek(const ftqp *p, ftqp_search *s, const double *pose) {
+/* What is copied into a search from its planner: each row an address, one to copy from, and how many words. */
+enum { COPIES = 3 };
+
+static void list_copies(const ftqp *p, const ftqp_search *s, int64_t copies[COPIES][3]) {
+    const uint64_t to[] = {SEARCH_CHAIN, SEARCH_SCENE, SEARCH_KEEPS}, from[] = {RECORD_CHAIN, RECORD_SCENE, RECORD_KEEPS};
+    const int64_t sizes[] = {SIZE_OF_CHAIN, SIZE_OF_SCENE, SIZE_OF_KEEPS};
+    for (int k = 0; k < COPIES; k++) {
+        copies[k][0] = AT(record_of(s) + to[k]);
+        copies[k][1] = AT(part(p, p->record + from[k]));
+        copies[k][2] = sizes[k] / (int64_t)sizeof(int64_t);
+    }
+}
+
+/* Clear a search but for trees and motions, which are written before they are read: 0, or a mistake. */
+static int clear(const ftqp *p, ftqp_search *s) {
     const int code = is_open(p);
     if (code) return code;
-    if (s == NULL || pose == NULL) return FTQP_NULL;
+    if (s == NULL) return FTQP_NULL;
     if ((uintptr_t)s % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
-    if (!may_go(p)) return FTQP_UNSUPPORTED;
-    if (!whole(p, p->record, STATE_IS_RESET)) return FTQP_NOT_RESET;
-    double own[16];
-    memcpy(own, pose, sizeof own);
     memset(s, 0, sizeof *s);
-    memset(record_of(s), 0, SEARCH_NODE); /* trees and motions are of ways round: their memory is not touched */
+    memset(record_of(s), 0, SEARCH_NODE);
     memset(record_of(s) + SEARCH_NORMAL, 0, SEARCH_C - SEARCH_NORMAL);
     memset(record_of(s) + SEARCH_CHAIN, 0, SIZE_OF_WAYS - SEARCH_CHAIN);
-    memcpy(record_of(s) + SEARCH_CHAIN, part(p, p->record + RECORD_CHAIN), SIZE_OF_CHAIN);
-    const int begun = told(KERNEL(deployed_seek)(AT(record_of(s)), AT(part(p, p->record)), AT(part(p, p->given)), AT(own)));
     s->joints = p->joints;
-    s->seeks = begun ? 0 : SEEKS;
+    return 0;
+}
+
+int ftqp_seek(const ftqp *p, ftqp_search *s, const double *pose) {
+    if (p != NULL && pose == NULL) return FTQP_NULL;
+    const int code = clear(p, s);
+    if (code) return code;
+    if (!whole(p, p->record, STATE_IS_RESET)) return FTQP_NOT_RESET;
+    double own[16];
+    int64_t copies[COPIES][3];
+    memcpy(own, pose, sizeof own);
+    list_copies(p, s, copies);
+    for (int k = 0; k < COPIES; k++) memcpy((void *)(uintptr_t)copies[k][0], (const void *)(uintptr_t)copies[k][1], 8 * (size_t)copies[k][2]);
+    const int begun = told(KERNEL(deployed_seek)(AT(record_of(s)), AT(part(p, p->record)), AT(part(p, p->given)), AT(own)));
+    s->state = begun ? 0 : SEEKS;
     return begun;
 }
 
 int ftqp_find(ftqp_search *s, int looks, double *q) {
     if (s == NULL || q == NULL) return FTQP_NULL;
     if ((uintptr_t)s % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
-    if (s->seeks != SEEKS) return FTQP_NO_GOAL;
+    if (s->state != SEEKS) return FTQP_NO_GOAL;
     if (looks < 1) return FTQP_BAD_TICKS;
     if (KERNEL(find_posture)(AT(record_of(s)), looks)) {
         memcpy(q, record_of(s) + SEARCH_DRAWN, (size_t)s->joints * sizeof *q);
@@ -529,30 +555,64 @@ int ftqp_find(ftqp_search *s, int looks, double *q) {
 /* Whether a posture was given. */
 static int has_goal(const ftqp *p) { return *(const double *)part(p, p->going + GOING_TOLERANCE) > 0.0; }
 
-int ftqp_go_to(ftqp *p, const double *q) {
-    const int code = is_open(p);
-    if (code) return code;
+/* Let the way be that of a search from now on, or straight where it is NULL. */
+static void lead_by(ftqp *p, ftqp_search *s) {
+    p->search = s;
+    p->leader = p;
+    if (s != NULL) s->state = LEADS;
+}
+
+/* Go to a posture, straight without a search. */
+static int go(ftqp *p, ftqp_search *s, const double *q) {
     if (q == NULL) return FTQP_NULL;
-    if (!may_go(p)) return FTQP_UNSUPPORTED;
     const double *q_min = part(p, p->given + GIVEN_Q_MIN), *q_max = part(p, p->given + GIVEN_Q_MAX);
     for (int i = 0; i < p->joints; i++)
         if (!(isfinite(q[i]) && q[i] >= q_min[i] && q[i] <= q_max[i])) return FTQP_NO_POSTURE;
     Inputs own;
     copy_inputs(p, &own, q, NULL, NULL);
     KERNEL(begin_going)
-    (AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->going)), AT(part(p, p->led)), AT(own.q));
+    (AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->going)), AT(part(p, p->led)),
+     s == NULL ? 0 : AT(record_of(s)), s != NULL, AT(own.q));
+    lead_by(p, s);
     return 0;
 }
 
+int ftqp_go_to(ftqp *p, const double *q) {
+    const int code = is_open(p);
+    if (code) return code;
+    return may_go(p) ? go(p, NULL, q) : q == NULL ? FTQP_NULL : FTQP_UNSUPPORTED;
+}
+
+int ftqp_go_round(ftqp *p, ftqp_search *s, const double *q) {
+    const int code = clear(p, s);
+    return code ? code : go(p, s, q);
+}
+
+int ftqp_go_to_pose(ftqp *p, ftqp_search *s, const double *pose) {
+    if (p != NULL && pose == NULL) return FTQP_NULL;
+    const int code = clear(p, s);
+    if (code) return code;
+    double own[16];
+    memcpy(own, pose, sizeof own);
+    const int begun = told(KERNEL(begin_going_to_pose)(AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->going)),
+                                                       AT(part(p, p->led)), AT(record_of(s)), AT(own)));
+    if (!begun) lead_by(p, s);
+    return begun;
+}
+
 int ftqp_go(ftqp *p, const double *q, const double *v) {
+    int64_t copies[COPIES][3];
     const int code = is_open(p);
     if (code) return code;
     if (q == NULL) return FTQP_NULL;
-    if (!has_goal(p)) return FTQP_NO_GOAL;
+    const ftqp_search *s = p->search;
+    if (!has_goal(p) || (s != NULL && (p->leader != p || s->state != LEADS))) return FTQP_NO_GOAL;
     Inputs own;
     copy_inputs(p, &own, q, v, NULL);
+    if (s != NULL) list_copies(p, s, copies);
     return responded(p, KERNEL(deployed_go)(AT(part(p, p->record)), AT(part(p, p->arm)), AT(part(p, p->going)),
-                                            AT(part(p, p->led)), AT(own.q), AT(own.v)));
+                                            AT(part(p, p->led)), s == NULL ? 0 : AT(record_of(s)), AT(copies),
+                                            s == NULL ? 0 : COPIES, AT(own.q), AT(own.v)));
 }
 
 int ftqp_arrived(const ftqp *p) {

@@ -6,9 +6,9 @@
        send(ftqp_q(p));                     or ftqp_v, ftqp_tau: what your drive takes
 
    No call but ftqp_size and ftqp_open takes longer than some steps; none allocates, locks, calls the system,
-   keeps a pointer of yours, or has a loop without a bound. One planner belongs to one thread at a time; as
-   many planners as you like may run side by side. A planner is plain memory without addresses: memcpy makes
-   a copy that goes on from the same state.
+   keeps a pointer of yours but that of a search, or has a loop without a bound. One planner belongs to one
+   thread at a time; as many planners as you like may run side by side. A planner is plain memory: memcpy makes
+   a copy that goes on from the same state, without a search.
 
    Units are SI: m, rad, s, N, N m, kg. Joints are counted from 0, in the order of arm.h. */
 #ifndef FTQP_H
@@ -71,7 +71,7 @@ enum {
     FTQP_NOT_FREE = -42,   /* a joint whose brake shall close is not believed to swing freely */
     FTQP_PROCESSOR = -43,  /* the library was built for a processor with more instructions */
     FTQP_NO_POSTURE = -44, /* a posture is not finite, or puts a joint outside its range; or a pose has none */
-    FTQP_NO_GOAL = -45,    /* ftqp_go was called before ftqp_go_to, or ftqp_find before ftqp_seek */
+    FTQP_NO_GOAL = -45,    /* ftqp_go was called without a goal or its search, or ftqp_find before ftqp_seek */
     FTQP_INTERNAL = -999   /* a defect of ftqp */
 };
 
@@ -94,7 +94,7 @@ enum {
 /* A planner: memory of ftqp_size bytes that you own, aligned to FTQP_ALIGNMENT. */
 typedef struct ftqp ftqp;
 
-/* A search for postures: memory of ftqp_search_size bytes that you own, aligned to FTQP_ALIGNMENT. */
+/* A search for ways and postures: memory of ftqp_search_size bytes that you own, aligned to FTQP_ALIGNMENT. */
 typedef struct ftqp_search ftqp_search;
 
 /* Where the end effector should be now. */
@@ -156,7 +156,7 @@ enum {
     FTQP_HAS_THINGS = 4,      /* things in its scene that can be moved */
     FTQP_HAS_MASSES = 5,      /* ftqp_tau, ftqp_carry */
     FTQP_HAS_FREE_JOINTS = 6, /* faults of kind FTQP_FREE_SWINGING */
-    FTQP_HAS_GOALS = 7        /* ftqp_go_to, ftqp_seek: postures, gone to straight. No library looks for ways round, as ftqp.GoTo does */
+    FTQP_HAS_GOALS = 7        /* ftqp_go_to, straight; ftqp_go_round and ftqp_go_to_pose go anywhere; none has ways out */
 };
 
 /* Where an arm stands on its way to a posture. */
@@ -218,6 +218,16 @@ int ftqp_resume(ftqp *p);
    FTQP_UNSUPPORTED where distances, points or axes are kept: the straight way need not be free. */
 int ftqp_go_to(ftqp *p, const double *q);
 
+/* The same round what is kept: the arm comes to rest, each ftqp_go looks at some postures more (50 at 1 kHz), and goes
+   the way that was found, once its motion is proven free. It looks again when a joint fails or a thing is moved. The search
+   is the planner's, not a copy's, until another goal is given. Where no way is found the joints go as near as they get. */
+int ftqp_go_round(ftqp *p, ftqp_search *s, const double *q);
+
+/* The same to a pose of the end effector, 16 numbers by rows: on its straight way where the joints can follow that, else
+   to any posture of the pose, or to the nearest one that is found. FTQP_UNSUPPORTED where a joint swings freely, or the
+   arm is not one chain. */
+int ftqp_go_to_pose(ftqp *p, ftqp_search *s, const double *pose);
+
 /* The command for the next period on the way to the posture: a status, or a mistake; q and v as of ftqp_step. A period
    that is missed makes the motion later, and never jumps. An arm that does not come to rest is stopped. */
 int ftqp_go(ftqp *p, const double *q, const double *v);
@@ -226,12 +236,12 @@ int ftqp_go(ftqp *p, const double *q, const double *v);
    Joints that are within 1 mrad or 1 mm of their goal have reached it. */
 int ftqp_arrived(const ftqp *p);
 
-/* How many bytes a search for postures takes. Nine in ten are not touched, and mostly no memory of the system then. */
+/* How many bytes a search takes. Most are not touched by ftqp_find, and mostly no memory of the system then. */
 size_t ftqp_search_size(void);
 
 /* Begin to look for postures for a pose of the end effector, 16 numbers by rows, with the rows that the task has now: of
-   the joints that work, from the planner's own positions, within what is believed of ranges and motors. 0, or a mistake:
-   FTQP_UNSUPPORTED where distances are kept, a joint swings freely, or the arm is not one chain. Begin anew when a joint
+   the joints that work, from the planner's own positions, within what is believed of ranges, motors and the scene. 0, or
+   a mistake: FTQP_UNSUPPORTED where a joint swings freely, or the arm is not one chain. Begin anew when a joint
    fails: what was found before does not know of that. */
 int ftqp_seek(const ftqp *p, ftqp_search *s, const double *pose);
 

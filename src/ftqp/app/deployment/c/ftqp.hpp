@@ -91,8 +91,11 @@ public:
     void speed(double share) { check(ftqp_speed(get(), share)); }
     double progress() const noexcept { return ftqp_progress(get()); }
 
-    // To a posture: FTQP_MOVING and others say where the arm stands on its way.
+    // To a posture, straight, or round what is kept, or to a pose: FTQP_MOVING and others say where the arm stands on its
+    // way. The last two allocate memory of their own, at the first call.
     template <class Q> void go_to(const Q &goal) { check(ftqp_go_to(get(), data(goal))); }
+    template <class Q> void go_round(const Q &goal) { check(ftqp_go_round(get(), search(), data(goal))); }
+    void go_to_pose(const std::array<double, 16> &pose) { check(ftqp_go_to_pose(get(), search(), pose.data())); }
     template <class Q> Status go(const Q &q) { return status(ftqp_go(get(), data(q), nullptr)); }
     template <class Q, class V> Status go(const Q &q, const V &v) { return status(ftqp_go(get(), data(q), data(v))); }
     int arrived() const { return checked(ftqp_arrived(get())); }
@@ -213,7 +216,11 @@ private:
     static Status status(int code) { return static_cast<Status>(checked(code)); }
 
     std::size_t size_ = 0;
-    Memory memory_;
+    ftqp_search *search() {
+        if (!search_) search_ = taken(ftqp_search_size());
+        return reinterpret_cast<ftqp_search *>(search_.get());
+    }
+    Memory memory_, search_;
 };
 
 }  // namespace ftqp_cpp

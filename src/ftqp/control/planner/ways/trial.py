@@ -6,14 +6,12 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
-from ftqp.control.planner.joint_motion import JointMotion
 from ftqp.control.planner.planner_view import JointState, PlannerView
-from ftqp.control.planner.ways.ways import Ways
+from ftqp.control.planner.ways.joint_tracker import JointTracker
 from ftqp.control.references.jerk_limit import Motion, State
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import FALLBACK, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST, RISE_TIME
-from ftqp.kernel.layout.ways_room import WayStage
 
 OFF = (FALLBACK, STOPPING, STOPPED, INVALID_INPUT)
 """Statuses of a tick with which a motion has failed."""
@@ -22,10 +20,8 @@ ARRIVED = 1e-3
 AS_GOOD_AS_THERE = 1e-4
 """One that is so near to it, and rests, is not tried any longer [rad or m]: what is left is the decay of an
 error. By convention, a tenth of the former."""
-TAIL = 1.0
-"""So much longer than planned a motion may take [s]."""
-SLICE: Final = 500
-"""Looks at postures at once. A convention."""
+TAIL, LONGEST = 1.0, 60.0
+"""So much longer than planned a motion may take [s], and so long until one is planned. A convention."""
 BORNE_AT = 25
 """What the base bears on a motion is looked at in so many places."""
 LOOKED_AT = 0.05
@@ -85,39 +81,32 @@ class Trial:
         """Go to a place, or come to rest and go through several in one motion, as ``GoTo`` does."""
         twin, view = self._twin, self._view
         twin.reset(self._start.q, self._start.v)
-        motion = JointMotion(view, twin.robot, twin.dt, twin.level)
-        lead = twin.lead(motion.memory)
-        ways = Ways(twin, motion.halt(), places=np.array(places)) if len(places) > 1 else None
-        while ways is not None and ways.is_searching:
-            ways.search_step(SLICE)
-        (q, v, a), trace, arrives = self._start, [self._start], True
-        for brakes in (True, False)[ways is None :]:
-            if not brakes:
-                motion.goal = places[-1]
-                if ways is not None and ways.stage is WayStage.READY:
-                    motion.follow(ways.motion, is_free=ways.is_free)
-                else:
-                    motion.plan()
-            t, longest = 0.0, motion.duration + (0.0 if brakes else TAIL)
-            while t < longest and arrives:
-                motion.write(t)
-                step = lead.step(q, v, (), None, None)
-                t += twin.dt
-                q, v, a = view.command
-                trace.append(JointState(q, v, a))
-                arrives = step.code not in OFF
-                if t >= motion.duration and self._rests_within(AS_GOOD_AS_THERE, motion):
-                    break
+        motion = JointTracker(twin, places[-1])
+        if len(places) > 1:
+            motion.seek(places[-1], places=np.array(places))
+        (q, v, a), trace, arrives, t, longest = self._start, [self._start], True, 0.0, LONGEST
+        while t < longest and arrives:
+            step, t = motion.step(q, v), t + twin.dt
+            q, v, a = view.command
+            trace.append(JointState(q, v, a))
+            arrives = step.code not in OFF
+            if longest == LONGEST and not motion.is_searching:
+                longest = t + motion.left + TAIL
+            if (
+                not motion.is_searching
+                and motion.left <= 0.0
+                and self._rests_within(AS_GOOD_AS_THERE, motion)
+            ):
+                break
         later = motion.decay(self._off(motion))
         return self._judged(trace, arrives and self._rests_within(ARRIVED, motion), later)
 
-    def _rests_within(self, off: float, motion: JointMotion) -> bool:
+    def _rests_within(self, off: float, motion: JointTracker) -> bool:
         """Whether the joints that work rest so near to the motion's goal."""
         return self._off(motion) <= off and self._view.pace <= AT_REST
 
-    def _off(self, motion: JointMotion) -> float:
-        away = np.abs(motion.way_from(self._view.command.q))
-        return float(away[self._view.working].max(initial=0.0))
+    def _off(self, motion: JointTracker) -> float:
+        return float(np.abs(motion.way)[self._view.working].max(initial=0.0))
 
     def _judged(self, trace: list[JointState], arrives: bool, later: float) -> Tried:
         q, v, a = (np.array(part) for part in zip(*trace, strict=True))

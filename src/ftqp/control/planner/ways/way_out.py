@@ -9,7 +9,7 @@ from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import JointState, PlannerView
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
-from ftqp.control.planner.ways.trial import SLICE, Trial, Tried, corners, thinned
+from ftqp.control.planner.ways.trial import Trial, Tried, corners, thinned
 from ftqp.control.planner.ways.ways import Ways
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen, positive
@@ -204,7 +204,7 @@ def _round(twin: Any, stand: FloatArray, place: FloatArray) -> FloatArray:
         return place[None]
     ways = Ways(twin, stand, goals=[place], most=ROUND)
     while ways.stage in (WayStage.GROWING, WayStage.SHORTENING):
-        ways.search_step(SLICE)
+        ways.search_step(ROUND)
     return ways.way[1:] if ways.has_way else place[None]
 
 
