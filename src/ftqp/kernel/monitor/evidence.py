@@ -37,10 +37,16 @@ def _sum(G: Any, i: int, gain: float, top: float) -> None:
 
 
 @jit
-def _gain(kappa: float, z: float, z_old: float) -> float:
-    """kappa (mu z - mu^2/2), with the shift mu that the last look had."""
+def _gain(K: Any, z: float, z_old: float) -> float:
+    """kappa (mu z - mu^2/2), with the shift mu that the last look had.
+
+    Of torques no look tells more than the largest shift: one that begins at once may come from outside.
+    """
     shift = min(max(abs(z_old), LEAST_SHIFT), MOST_SHIFT)
-    return float(kappa * (shift * (z if z_old > 0.0 else -z) - 0.5 * shift * shift))
+    z = z if z_old > 0.0 else -z
+    if K.feedback.kind == TORQUE_DRIVE:
+        z = min(z, MOST_SHIFT)
+    return float(K.monitor.kappa * (shift * z - 0.5 * shift * shift))
 
 
 @jit
@@ -71,9 +77,9 @@ def _of_a_lock(K: Any, i: int) -> float:
 def weigh(K: Any, i: int, counts: bool) -> None:
     """The sums of joint i after a look; where it does not count only what contradicts does."""
     M, theta, P, z = K.monitor, K.monitor.theta[i], K.monitor.P[i], K.monitor.z[i]
-    gain = _gain(M.kappa, z, M.z_old[i]) if counts else 0.0
+    gain = _gain(K, z, M.z_old[i]) if counts else 0.0
     z_lock = _of_a_lock(K, i)
-    sharp = _gain(M.kappa, z_lock, M.z_sharp_old[i]) if counts else 0.0
+    sharp = _gain(K, z_lock, M.z_sharp_old[i]) if counts else 0.0
     _sum(M.G, i, gain, M.top)
     if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
         if M.found[i] == 0:
@@ -92,13 +98,16 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
     M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], direction(M.v[i], creep_of(K, i))
     M.phi[3], M.phi[4], M.phi[5] = 1.0, M.weight[i], M.inertia[i]
-    torque = M.weight[i] if K.feedback.kind == TORQUE_DRIVE else 0.0
+    by_torque = K.feedback.kind == TORQUE_DRIVE
+    torque = M.weight[i] if by_torque else 0.0
     for r in range(SERVO):
         torque += M.phi[r] * theta[r]
     unsure = 0.3 * theta[1] * M.a[i]
     doubt = M.spread[i] + unsure * unsure + variance(P, M.phi, 1)
-    clear = gain if M.r[i] * M.r[i] > 9.0 * doubt and not may_stick(K, i) else min(gain, 0.0)
-    _sum(M.G_free, i, clear - 0.5 * M.kappa * torque * torque / doubt, M.top)
+    driven = by_torque and M.a[i] * M.r[i] > 0.0  # what is sent speeds it up, as it does a rotor nobody told
+    if M.r[i] * M.r[i] <= 9.0 * doubt or may_stick(K, i) or driven:
+        gain = min(gain, 0.0)
+    _sum(M.G_free, i, gain - 0.5 * M.kappa * torque * torque / doubt, M.top)
     M.z_old[i], M.z_sharp_old[i] = z, z_lock
 
 

@@ -422,7 +422,8 @@ def residual(K: Any, i: int) -> None:
     moved = _motion_beside(K, i)
     miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
     if by_torque:
-        spread = noise_of_torque(K, i) + OTHERWISE * OTHERWISE + A_RADIAN * A_RADIAN * miss * miss
+        miss, sharp = A_RADIAN * miss, A_RADIAN * sharp
+        spread = noise_of_torque(K, i) + OTHERWISE * OTHERWISE + miss * miss
     else:
         spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
     friction = max(theta[FRICTION], 0.0)  # one below zero holds nothing
@@ -438,7 +439,7 @@ def residual(K: Any, i: int) -> None:
     M.S[i] = spread + variance(M.P[i], phi, 0)
     pull = 0.0 if by_torque else _pull_of_others(K, i)
     M.z[i] = r / sqrt(M.S[i] + pull * pull)
-    M.S_sharp[i] = M.S[i] if by_torque else M.S[i] - miss * miss + sharp * sharp + pull * pull
+    M.S_sharp[i] = M.S[i] - miss * miss + sharp * sharp + pull * pull
     M.z_sharp[i] = r / sqrt(M.S_sharp[i])
 
 
@@ -453,11 +454,13 @@ def _missed(rho: float, rate: float, beyond: float, quick: float) -> float:
 def _believe_missed(K: Any, i: int) -> None:
     """What the model misses of joint i: 5 % of the looks at a healthy joint are beyond two deviations.
 
-    Sharply, behind position drives: six times as fast less, where nothing near it was seen lately.
+    Sharply, not behind velocity drives: six times as fast less, where nothing near it was seen lately.
     """
     M, moved = K.monitor, _motion_beside(K, i)
     rate, r = 0.02 + 0.1 / (1.0 + M.way[i]), abs(M.r[i])
-    if K.feedback.kind != POSITION_DRIVE:
+    if K.feedback.kind == TORQUE_DRIVE:
+        moved *= A_RADIAN
+    if K.feedback.kind == VELOCITY_DRIVE:
         M.missed[i] = M.sharp[i] = _missed(
             M.missed[i], rate, 1.0 if r > 2.0 * sqrt(M.spread[i]) else 0.0, 1.0
         )
@@ -470,6 +473,8 @@ def _believe_missed(K: Any, i: int) -> None:
     beyond = 1.0 if r > 2.0 * sqrt(noise + sharp * sharp) else 0.0
     M.missed[i] = _missed(M.missed[i], rate, 1.0 if r > 2.0 * sqrt(M.spread[i]) else 0.0, 1.0)
     M.sharp[i] = min(_missed(M.sharp[i], rate, beyond, quick), M.missed[i])
+    if K.feedback.kind == TORQUE_DRIVE:  # nothing else is stated by it
+        M.missed[i] = M.sharp[i]
 
 
 @jit
@@ -489,15 +494,17 @@ def learn_servo(K: Any, i: int) -> None:
         for c in range(SERVO):
             if not (stuck and r == FRICTION and c == FRICTION):
                 P[r, c] -= share * gain[r] * gain[c]
+    if K.feedback.kind == TORQUE_DRIVE:  # no rotor is lighter than none: what falls is no light joint
+        theta[1] = max(theta[1], (K.learned.used[i] - K.chain.armature[i]) * M.unit[i])
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault
         for r in range(SERVO):
-            drift = SERVO_DRIFT[r] * SERVO_DRIFT[r] * v * block
+            drift, creep = SERVO_DRIFT[r], CREEP
             most = SERVO_PRIOR[r] if M.leak == 0.0 else SPEED_SERVO_PRIOR[r]
-            creep = CREEP
-            if K.feedback.kind == TORQUE_DRIVE:
-                drift, most, creep = A_RADIAN * A_RADIAN * drift, M.doubt[i, r], TORQUE_CREEP
+            if K.feedback.kind == TORQUE_DRIVE:  # by the same share of what is open at first
+                drift, most, creep = drift * M.doubt[i, r] / most, M.doubt[i, r], TORQUE_CREEP
+            drift = drift * drift * v * block
             drift += creep * creep * block if r == DROOP else 0.0
             P[r, r] = max(P[r, r], min(P[r, r] + drift, most * most))  # never less: as sure as stated
-    if M.act[i] > 0.05:
+    if (_motion_beside(K, i) if K.feedback.kind == TORQUE_DRIVE else M.act[i]) > 0.05:
         _believe_missed(K, i)
     M.way[i] += v * block / 0.05

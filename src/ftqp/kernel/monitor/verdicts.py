@@ -79,9 +79,9 @@ def _holds_still(K: Any, i: int) -> bool:
 
 
 @jit
-def _is_pushed(K: Any) -> bool:
+def is_pushed(feedback: Any) -> bool:
     """Whether something pushes the tip: three columns of J' explain more than one joint does."""
-    return bool(K.feedback.touched > 0 or K.feedback.persistence[TOUCHED, 0] > 0)
+    return bool(feedback.touched > 0 or feedback.persistence[TOUCHED, 0] > 0)
 
 
 @jit
@@ -105,14 +105,16 @@ def _is_locked(K: Any, i: int) -> bool:
             others += M.G_lock[j]
             if M.G_lock[j] > M.G_lock[i]:
                 return False
-    common = _is_pushed(K) or ALONE * others > M.G_lock[i]  # a lock may look like a push or a hold, and lasts
+    # a lock may look like a push or a hold, and lasts
+    common = is_pushed(K.feedback) or ALONE * others > M.G_lock[i]
     return bool(M.G_lock[i] >= ALONE * M.level or not common)
 
 
 @jit
 def _is_driven(K: Any, i: int) -> bool:
-    """Whether joint i speeds up towards where it is sent: what pushes it does not."""
-    return bool(K.monitor.a[i] * (K.state.q_command[i] - K.monitor.means[0, i]) > 0.0)
+    """Whether joint i, which has a servo, speeds up towards where it is sent: what pushes it does not."""
+    off = K.state.q_command[i] - K.monitor.means[0, i]
+    return bool(K.feedback.kind != TORQUE_DRIVE and K.monitor.a[i] * off > 0.0)
 
 
 @jit
@@ -122,7 +124,7 @@ def _has_no_motor(K: Any, i: int) -> bool:
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
-    if _is_pushed(K) or _holds_still(K, i) or _is_driven(K, i):
+    if is_pushed(K.feedback) or _holds_still(K, i):
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
