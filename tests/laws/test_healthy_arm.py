@@ -504,11 +504,9 @@ def test_noise_of_encoders_does_not_hide_what_a_rotor_takes(sigma, encoder):
 
 def test_a_joint_that_creeps_against_its_friction_learns_no_droop():
     """What held it as it crept one way was taken for a droop, and when it turned it was called locked."""
-    wn, dry, angle, swing = 40.0, 0.01, 0.0, 0.0
-    p, arm = (
-        started(PANDA, dt=2e-3, drive=ftqp.Drive(takes_velocity=False)),
-        arm_of(PANDA, 2e-3, wn, sigma=1e-4),
-    )
+    dt, wn, dry, angle, swing = 2 * FAST, 40.0, 0.01, 0.0, 0.0
+    p = started(PANDA, dt=dt, drive=ftqp.Drive(takes_velocity=False))
+    arm = arm_of(PANDA, dt, wn, sigma=1e-4)
     arm.dry[0] = dry * wn**2
     for k in range(5000):
         t = dt * k

@@ -124,7 +124,7 @@ def _has_no_motor(K: Any, i: int) -> bool:
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
-    if is_pushed(K.feedback) or _holds_still(K, i):
+    if is_pushed(K.feedback) or _holds_still(K, i) or _is_driven(K, i):
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
