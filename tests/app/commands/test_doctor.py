@@ -59,7 +59,7 @@ PROMISED = {
     "tau", "status", "error", "status_name", "detect", "watch", "follow", "progress", "begin",
     "tip", "joints", "drive", "dt", "open_for", "brakes", "stop_reason", "stop_reason_name",
     "aim", "aim_joints", "believed", "brake", "clearance", "has", "move", "task_error", "tasks", "things",
-    "tool", "weight", "go_to", "go", "arrived", "seek", "find", "search_size",
+    "tool", "weight", "go_to", "go_round", "go_to_pose", "go", "arrived", "seek", "find", "search_size",
 }  # fmt: skip
 
 

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ftqp.app.commands.inspection import MODELS, arm_of, is_arm, kind_of
 from ftqp.app.output.console import ExitCode, Shown, Table, answer, progress, say
 from ftqp.core.errors import InputError
 
@@ -49,6 +48,7 @@ def connect(
         seconds --seconds T: About how long the motion takes; 10 s, or more for many joints.
         output -o --output FILE: A file of the estimates, for drive.known.
     """
+    from ftqp.app.commands.inspection import is_arm
     from ftqp.control.following.connection import Connection
 
     if output is not None and not output.absolute().parent.is_dir():
@@ -84,6 +84,7 @@ def connect(
 
 def _setup(source: str, tip: str | None, overrides: list[str]) -> "Setup":
     """The run of a scenario; an arm alone, or a scenario without a path, is one with what is usual."""
+    from ftqp.app.commands.inspection import MODELS, arm_of, is_arm, kind_of
     from ftqp.app.scenario import document
     from ftqp.app.scenario.setup import resolve, validated
 

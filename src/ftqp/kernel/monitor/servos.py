@@ -317,9 +317,9 @@ def direction(v: float, slow: float) -> float:
 
 @jit
 def _creeps(M: Any) -> bool:
-    """Whether a joint is so slow that dry friction may hold it to either side."""
+    """Whether a joint is slower than ``STILL`` deviations, so that dry friction may hold it to either side."""
     share = M.phi[FRICTION]
-    return bool(share == 0.0 if M.fades > 0.0 else share * share < 0.5)
+    return bool(share == 0.0 if M.fades > 0.0 else share * share < 0.9)
 
 
 @jit
@@ -412,7 +412,9 @@ def residual(K: Any, i: int) -> None:
         _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
         v, a = phi[0], phi[1]
     else:
-        phi[FRICTION] = direction(min(max(v, -M.peak_v[i]), M.peak_v[i]), slow)
+        phi[FRICTION] = direction(min(max(v, -M.peak_v[i]), M.peak_v[i]), slow / STILL)
+        if theta[FRICTION] < 0.0 and _creeps(M):  # one below zero holds nothing
+            phi[FRICTION] = 0.0
     by_torque = K.feedback.kind == TORQUE_DRIVE
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):

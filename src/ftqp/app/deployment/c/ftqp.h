@@ -5,10 +5,10 @@
        ftqp_step(p, q, v, &target, 1);      q, v: what the encoders say now
        send(ftqp_q(p));                     or ftqp_v, ftqp_tau: what your drive takes
 
-   No call but ftqp_size and ftqp_open takes longer than some steps; none allocates, locks, calls the system,
-   keeps a pointer of yours but that of a search, or has a loop without a bound. One planner belongs to one
-   thread at a time; as many planners as you like may run side by side. A planner is plain memory: memcpy makes
-   a copy that goes on from the same state, without a search.
+   No call but ftqp_size and ftqp_open, and an ftqp_go that looks for a way, takes longer than some steps; none
+   allocates, locks, calls the system, keeps a pointer of yours but that of a search, or has a loop without a bound.
+   One planner belongs to one thread at a time; as many planners as you like may run side by side. A planner is plain
+   memory: memcpy makes a copy that goes on from the same state, without a search.
 
    Units are SI: m, rad, s, N, N m, kg. Joints are counted from 0, in the order of arm.h. */
 #ifndef FTQP_H
