@@ -317,7 +317,7 @@ def direction(v: float, slow: float) -> float:
 
 @jit
 def _creeps(M: Any) -> bool:
-    """Whether a joint is slower than ``STILL`` deviations, so that dry friction may hold it to either side."""
+    """Whether a joint is so slow, below ``STILL`` deviations, that friction may hold it to either side."""
     share = M.phi[FRICTION]
     return bool(share == 0.0 if M.fades > 0.0 else share * share < 0.9)
 
