@@ -521,3 +521,21 @@ def test_a_joint_that_creeps_against_its_friction_learns_no_droop():
             friction, droop = p.learned.values[0, 2:4]
             assert abs(friction - dry) < 3e-3 and abs(droop) < 3e-3
     assert not p.findings
+
+
+@pytest.mark.parametrize(("joint", "rate"), [(0, 2e-3), (6, 2e-3), (6, 1e-2)])
+def test_a_frozen_encoder_of_a_joint_that_nearly_rests_leads_no_velocity_arm_away(joint, rate):
+    """The loop took the error that never became less for one to make up for: 3 rad, and OK was said."""
+    dt, angle, worst, frozen = 4 * FAST, 0.0, 0.0, np.nan
+    p = started(PANDA, dt=dt, drive=ftqp.Drive(kind="velocity"))
+    arm = arm_of(PANDA, dt, 40.0, "velocity", 4.4e-5)
+    for k in range(2500):
+        t = dt * k
+        angle += dt * (0.3 * np.sin(np.pi * t) if t < 4.0 else rate if t > 5.0 else 0.0)
+        q, y = PANDA.neutral + angle * (np.arange(7) == joint), 1e-5 * np.round(arm.measured() / 1e-5)
+        if t > 4.5:
+            frozen = y[joint] if np.isnan(frozen) else frozen
+            y[joint] = frozen
+            worst = max(worst, abs(arm.q[joint] - q[joint]))
+        arm.command(p.step(y, None, ftqp.Target(pose=PANDA.pose(q))))
+    assert set(p.faults) == {PANDA.joints[joint]} and worst < 0.15

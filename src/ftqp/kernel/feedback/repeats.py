@@ -42,6 +42,8 @@ FAR_WAYS = 3.0
 """... and so many times as far as it normally does."""
 RAREST = 0.01
 """The least chance of a repeat that is believed, as a line may repeat a sample now and then."""
+FADES = 200
+"""More repeats tell no more, as the noise that was learned before fades meanwhile."""
 RESTING = 1e-3
 """A reference slower than this [rad/s or m/s] rests. A convention: a tick of 1 ms then moves it less than
 encoders show."""
@@ -96,25 +98,46 @@ def all_repeat_oddly(K: Any, then: int) -> bool:
 
 
 @rare_jit
-def no_arm_repeats_so(K: Any) -> bool:
-    """Of an arm whose numbers all repeat: whether those of one that stands would not, so that the line fails.
-
-    Samples that scatter by sigma and have the step d are alike at most d/sigma times. Evidence is as that of
-    the monitor: the product of these chances, as often as each number has come again, is below exp(-level).
-    """
-    feedback, chances, enough = K.feedback, 1.0, 1.0
+def _rare_enough(K: Any) -> float:
+    """exp(-level): evidence is as that of the monitor."""
+    enough = 1.0
     for _ in range(ceil(K.monitor.level)):  # a library asks no system for exp() and log()
         enough /= e
+    return enough
+
+
+@rare_jit
+def _after_repeats(K: Any, i: int, chances: float, enough: float) -> float:
+    """``chances``, times that of joint i's number to have come as often again as it has.
+
+    Samples that scatter by sigma and have the step d are alike at most d/sigma times.
+    """
+    chance = (K.feedback.increment[i] + LEAST) / max(K.held.sigma[i], LEAST)
+    chance = min(max(chance, RAREST), 1.0)
+    for _ in range(min(int(K.feedback.same[i]), FADES) + 1):
+        chances *= chance
+        if chances < enough or chance == 1.0:
+            break
+    return chances
+
+
+@rare_jit
+def no_arm_repeats_so(K: Any) -> bool:
+    """Of an arm whose numbers all repeat: whether those of one that stands would not: the line fails."""
+    chances, enough = 1.0, _rare_enough(K)
     for i in range(K.chain.n):
-        chance = (feedback.increment[i] + LEAST) / max(K.held.sigma[i], LEAST)
-        chance = min(max(chance, RAREST), 1.0)
-        for _ in range(int(feedback.same[i]) + 1):
-            chances *= chance
-            if chances < enough:
-                return True
-            if chance == 1.0:
-                break
+        chances = _after_repeats(K, i, chances, enough)
+        if chances < enough:
+            return True
     return False
+
+
+@rare_jit
+def no_noise_repeats_so(K: Any, i: int) -> None:
+    """Note of joint i, whose number repeats oddly, that it never does so while its encoder works."""
+    enough = _rare_enough(K)
+    if _after_repeats(K, i, 1.0, enough) < enough:
+        K.feedback.restless[i] = RESTLESS
 
 
 @jit

@@ -13,6 +13,7 @@ from ftqp.kernel.feedback.repeats import (
     look_at_repeats,
     never_repeats,
     no_arm_repeats_so,
+    no_noise_repeats_so,
     repeat_oddly,
 )
 from ftqp.kernel.jit import jit, rare_jit
@@ -28,6 +29,7 @@ from ftqp.kernel.layout.enums import (
     NOTHING_HEARD,
     STOPPED_BY_SENSOR,
     TORQUE_DRIVE,
+    VELOCITY_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, MOST_TICKS
 from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger, smaller, whole_turns
@@ -321,7 +323,11 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     if not possible and is_finite(sample):
         possible = _comes_mistimed(K, i, then, v)
     if healthy or feedback.sigma > 0.0:
-        look_at_repeats(state, K.limits, feedback, i, sample, v)
+        asked = v
+        if healthy and feedback.kind == VELOCITY_DRIVE:  # the loop's errors move one that rests
+            asked = K.gate.speed[i]
+            no_noise_repeats_so(K, i)
+        look_at_repeats(state, K.limits, feedback, i, sample, asked)
     if feedback.held[i] == LOOKED_THROUGH and not possible and not is_blind(feedback):
         feedback.held[i] = FROZEN  # a joint that follows cannot be there any more
     cost = _cost(K, i, possible)
@@ -347,12 +353,13 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
 
 
 @jit
-def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, sigma: Any, at: int, then: int) -> bool:
+def _believe_block(K: Any, at: int, then: int) -> bool:
     """The samples of the joints from ``at`` on, taken as they are; False where one needs a closer look.
 
     They are taken where all were good a tick ago, all are possible now, as ``_is_possible`` has it, and none
     repeats oddly.
     """
+    state, limits, feedback, past, sigma = K.state, K.limits, K.feedback, K.past, K.held.sigma
     if feedback.silent > 0.0 or feedback.unheard > 0.0:
         return False
     odd = is_set(feedback.age, at) | is_set(feedback.lost, at) | is_set(feedback.bad, at)
@@ -368,9 +375,10 @@ def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, sigma: Any
     if not all_of((off <= room) & (abs(sample) < inf)):
         return False
     if not feedback.exact:  # of an arm that follows exactly nothing is to be learned
-        if any_of(repeat_oddly(state, feedback, at, sample, v)):
+        asked = load_lanes(K.gate.speed, at) if feedback.kind == VELOCITY_DRIVE else v
+        if any_of(repeat_oddly(state, feedback, at, sample, asked)):
             return False
-        learn_block(state, feedback, at, sample, v)
+        learn_block(state, feedback, at, sample, asked)
     store_lanes(feedback.jump, at, sample - load_lanes(feedback.good, at) - dt * v)
     store_lanes(feedback.seen, at, sample)
     store_lanes(feedback.good, at, sample)
@@ -428,7 +436,7 @@ def believe(K: Any) -> None:
     for at in range(0, K.chain.n, WIDTH):
         silent = ~(abs(load_lanes(state.q, at)) < inf)  # a sensor that says no number says no speed, either
         elsewhere = elsewhere or not all_of((abs(load_lanes(state.v, at)) < inf) | silent)
-        if not together or not _believe_block(state, K.limits, feedback, past, K.held.sigma, at, then):
+        if not together or not _believe_block(K, at, then):
             _note_jumps(K, at, then)
             for i in range(at, min(at + WIDTH, n)):
                 _believe_joint(K, i, then)
