@@ -42,7 +42,7 @@ FAR_WAYS = 3.0
 """... and so many times as far as it normally does."""
 RAREST = 0.01
 """The least chance of a repeat that is believed, as a line may repeat a sample now and then."""
-FADES = 200
+KNOWN_FOR = 200
 """More repeats tell no more, as the noise that was learned before fades meanwhile."""
 RESTING = 1e-3
 """A reference slower than this [rad/s or m/s] rests. A convention: a tick of 1 ms then moves it less than
@@ -114,7 +114,7 @@ def _after_repeats(K: Any, i: int, chances: float, enough: float) -> float:
     """
     chance = (K.feedback.increment[i] + LEAST) / max(K.held.sigma[i], LEAST)
     chance = min(max(chance, RAREST), 1.0)
-    for _ in range(min(int(K.feedback.same[i]), FADES) + 1):
+    for _ in range(min(int(K.feedback.same[i]), KNOWN_FOR) + 1):
         chances *= chance
         if chances < enough or chance == 1.0:
             break
@@ -133,8 +133,8 @@ def no_arm_repeats_so(K: Any) -> bool:
 
 
 @rare_jit
-def no_noise_repeats_so(K: Any, i: int) -> None:
-    """Note of joint i, whose number repeats oddly, that it never does so while its encoder works."""
+def note_what_never_repeats(K: Any, i: int) -> None:
+    """Note of an encoder whose number has come again more often than its noise allows that it never does."""
     enough = _rare_enough(K)
     if _after_repeats(K, i, 1.0, enough) < enough:
         K.feedback.restless[i] = RESTLESS

@@ -75,7 +75,7 @@ STRAINED = 0.9
 the rest: what its servo is asked for beyond that shows nothing."""
 BEGINS = 8.0
 """An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
-LATELY = 0.25
+COMPARED = 0.25
 """How far samples are from what was sent is a mean over one over this independent looks."""
 TAUGHT = 3.0
 """A residual teaches as if it were so many standard deviations at most."""
@@ -265,7 +265,7 @@ def _between(K: Any, i: int, k: int, seen: float, led: float) -> float:
     Noise in what the parameters multiply would draw them to zero, and all the surer the more there is.
     """
     M, d = K.monitor, seen - led
-    M.differs[k, i] += LATELY * M.kappa * (d * d - M.differs[k, i])
+    M.differs[k, i] += COMPARED * M.kappa * (d * d - M.differs[k, i])
     noise = M.blurs[k] * noise_of(K, i)
     return float(led if noise >= M.differs[k, i] else seen - noise / M.differs[k, i] * d)
 
@@ -317,9 +317,9 @@ def direction(v: float, slow: float) -> float:
 
 @jit
 def _creeps(M: Any) -> bool:
-    """Whether a joint is so slow, below ``STILL`` deviations, that friction may hold it to either side."""
+    """Whether a joint is so slow that dry friction may hold it to either side."""
     share = M.phi[FRICTION]
-    return bool(share == 0.0 if M.fades > 0.0 else share * share < 0.9)
+    return bool(abs(share) < direction(STILL, 1.0) if M.fades == 0.0 else share == 0.0)
 
 
 @jit

@@ -163,11 +163,6 @@ class JointTracker:
         return self.ways is not None and self._is_searched and self.ways.only_nears
 
     @property
-    def looks(self) -> int:
-        """Postures that were looked at for the present way."""
-        return 0 if self.ways is None or not self.is_searching else self.ways.looks
-
-    @property
     def way(self) -> FloatArray:
         """What is left of the way of every joint as commanded, (nv,) [rad or m]; the short way round."""
         return self.way_from(self.view.command.q)
