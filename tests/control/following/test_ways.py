@@ -140,7 +140,8 @@ def test_lock_on_the_way_is_gone_on_from_at_speed_and_without_a_jump():
 
 
 @pytest.mark.parametrize(
-    "mode, joint, at", [("instant", 3, 134), ("instant", 1, 160), ("ramp", 3, 134), ("ramp", 1, 121)]
+    "mode, joint, at",
+    [("instant", 3, 134), ("instant", 1, 160), ("ramp", 3, 134), ("ramp", 1, 121), ("ramp", 1, 110)],
 )
 def test_joints_brake_beside_a_table_with_bounded_jerk_where_one_locks_on_a_proven_motion(mode, joint, at):
     scene, down = ftqp.Scene(), moved()

@@ -43,6 +43,8 @@ SPEED_SHARE = 0.999
 PLACES, FINER, NEARER_ENDS = 17, 10, 8
 """Whether motors hold the arm is looked at in so many places of a motion, in so many between the last at
 which they do and the next, and so many nearer ends are tried before the arm is left where it stands."""
+RESTS_SOONEST, GOES, RESTS_TOGETHER = 0, 1, 2
+"""What a motion does, see ``plan_going``."""
 BISECTIONS = 50
 """Halvings of a share until rounding ends that. A convention."""
 
@@ -132,18 +134,19 @@ def _brake_joint(W: Any, i: int, share: float) -> float:
 
 
 @rare_jit
-def _brake(K: Any, W: Any, n: int) -> None:
-    """Every joint comes to rest soonest; all at the same time beside one that has failed and brakes.
+def _brake(K: Any, W: Any, n: int, together: bool) -> None:
+    """Every joint comes to rest soonest; or all at the same time, with one that has failed and brakes.
 
     So they stay near the way that they were on.
     """
-    W.duration, brakes = 0.0, False
+    W.duration = 0.0
     for i in range(n):
         W.way[i] = 0.0
-        brakes = brakes or K.faults.code[i] == BRAKING
         if W.moves[i]:
             W.duration = max(W.duration, _brake_joint(W, i, 1.0))
-    for i in range(n if brakes else 0):
+        elif together and K.faults.code[i] == BRAKING:
+            W.duration = max(W.duration, abs(W.v[i]) / K.faults.lock_rate[i])
+    for i in range(n if together else 0):
         low, high = 0.0, 1.0
         for _ in range(BISECTIONS if W.moves[i] and (W.v[i] != 0.0 or W.a[i] != 0.0) else 0):
             middle = 0.5 * (low + high)
@@ -213,7 +216,7 @@ def _end_sooner(K: Any, A: Any, W: Any) -> bool:
 
 @rare_jit
 def plan_going(K: Any, A: Any, W: Any, goes: int) -> None:
-    """Plan the motion from the last command to the goal, or to where it comes to rest soonest."""
+    """Plan the motion from the last command: to the goal, to rest soonest, or to rest together."""
     state, limits, n, stands, limited = K.state, K.limits, K.chain.n, True, False
     W.duration = 0.0
     for i in range(n):
@@ -226,11 +229,11 @@ def plan_going(K: Any, A: Any, W: Any, goes: int) -> None:
         W.way[i] = place - W.q[i] if W.moves[i] else 0.0
         stands = stands and not (W.moves[i] and abs(W.v[i]) > AT_REST * top)
         limited = limited or (W.moves[i] and limits.tau_max[i] < LARGE)
-    if stands:  # so that the motion is straight
+    if stands and goes == GOES:  # so that the motion is straight
         for i in range(n):
             W.v[i] = W.a[i] = 0.0
-    if not goes:
-        _brake(K, W, n)
+    if goes != GOES:
+        _brake(K, W, n, goes == RESTS_TOGETHER)
         return
     _go(W, n)
     if not W.looks and W.heavy < 0:
@@ -241,7 +244,7 @@ def plan_going(K: Any, A: Any, W: Any, goes: int) -> None:
             return
         _go(W, n)
     if limited:
-        _brake(K, W, n)
+        _brake(K, W, n, False)
 
 
 @jit

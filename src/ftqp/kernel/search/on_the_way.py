@@ -12,7 +12,10 @@ from typing import Any
 
 from ftqp.kernel.commands.believed import swings
 from ftqp.kernel.commands.going import (
+    GOES,
     LARGE,
+    RESTS_SOONEST,
+    RESTS_TOGETHER,
     begin_anew,
     begins_anew,
     judge_going,
@@ -27,6 +30,7 @@ from ftqp.kernel.commands.surroundings import NO_GOAL, NO_POSE, is_pose
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
+    BRAKING,
     GOING_HALTED,
     GOING_MOVING,
     GOING_REACHED,
@@ -63,7 +67,7 @@ from ftqp.kernel.maths.jerk_limited import between, state_after
 from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.search.asking import ask_as_given, begin_asked, know_asked, may_seek
 from ftqp.kernel.search.known_arm import know_surroundings
-from ftqp.kernel.search.looks import pose_arm
+from ftqp.kernel.search.looks import passes, pose_arm
 from ftqp.kernel.search.motion import places_of, prove_again, sample, search_step
 from ftqp.kernel.search.poses import squared, tip_error
 from ftqp.kernel.search.trees import add_goal, round_off
@@ -92,6 +96,8 @@ RESTS, SETTLES = 1e-4, 0.3
 PARTS_OF_BEND, WITHIN = 4, 1.001
 """What leads from braking into a motion takes as long as braking, or up to twice as long in so many steps,
 and so much of a limit. A convention, and rounding of differences."""
+PARTS_OF_BRAKING = 8
+"""Whether the arm may brake so is asked of so many pieces of the motion. A convention."""
 TOLERANCE = 1e-3
 """How near every joint of an arm in C comes to its goal [rad or m]."""
 
@@ -154,7 +160,7 @@ def _is_left(K: Any, W: Any) -> bool:
 
 @jit
 def _begin_motion(K: Any, A: Any, W: Any, J: Any, copies: Any, goes: int, is_free: int) -> None:
-    """Plan a motion from the last command, to the goal or to rest.
+    """Plan a motion from the last command, see ``plan_going``.
 
     Where what is around ``is_free`` as before, bodies may come as near as on the motion before.
     """
@@ -202,10 +208,48 @@ def _take_places(K: Any, W: Any, way: Any) -> None:
 
 
 @rare_jit
+def _free_until(K: Any, W: Any, S: Any) -> float:
+    """Up to when the motion to rest is proven free [s], as far as that is known."""
+    way, n = S.ways, K.chain.n
+    for k in range(PARTS_OF_BRAKING + 1):
+        t = W.duration * k / PARTS_OF_BRAKING
+        look_up(W, n, t)
+        assign(way.finish, W.q_now, n)
+        for i in range(n):
+            if K.faults.code[i] == BRAKING and W.v[i] != 0.0:
+                rate, sign = K.faults.lock_rate[i], 1.0 if W.v[i] > 0.0 else -1.0
+                s = min(t, abs(W.v[i]) / rate)
+                way.finish[i] += W.v[i] * s - 0.5 * sign * rate * s * s
+        if k > 0 and passes(S, way.begin, way.finish) < 1.0:
+            return W.duration * (k - 1) / PARTS_OF_BRAKING
+        assign(way.begin, way.finish, n)
+    return float(W.duration)
+
+
+@rare_jit
+def _come_to_rest(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, is_free: int) -> None:
+    """Brake each joint soonest, or all together beside one that brakes; else as is free for longer."""
+    goes, n = RESTS_SOONEST, K.chain.n
+    for i in range(n):
+        goes = RESTS_TOGETHER if K.faults.code[i] == BRAKING else goes
+    _begin_motion(K, A, W, J, copies, goes, is_free)
+    if W.duration == 0.0:
+        return
+    know_asked(S, K)
+    know_surroundings(S, K.state.q_command)
+    S.ways.share = 1.0 - J.spared
+    until = _free_until(K, W, S)
+    if until < W.duration:
+        plan_going(K, A, W, RESTS_SOONEST + RESTS_TOGETHER - goes)
+        if _free_until(K, W, S) <= until:
+            plan_going(K, A, W, goes)
+
+
+@rare_jit
 def _turn_round(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, is_free: int) -> None:
     """Come to rest, and look for a way from there; what is around ``is_free`` as it was proven."""
     way, n = S.ways, K.chain.n
-    _begin_motion(K, A, W, J, copies, 0, is_free)
+    _come_to_rest(K, A, W, J, S, copies, is_free)
     for i in range(n):
         W.rest[i] = K.state.q_command[i] + (W.way[i] if W.moves[i] else 0.0)
     W.thinks = A_WAY
@@ -232,7 +276,7 @@ def _plan(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any) -> None:
     if seeks and not W.blocked:
         _turn_round(K, A, W, J, S, copies, 1)
     else:
-        _begin_motion(K, A, W, J, copies, 1, 0)
+        _begin_motion(K, A, W, J, copies, GOES, 0)
 
 
 @rare_jit
@@ -240,7 +284,7 @@ def _give_up(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, why: int) -> N
     """There is no way: go straight as near as it gets, where no pose was asked for nor a tube."""
     W.blocked, W.thinks = why, 0
     if W.asks == ROUND or S.ways.asks_places:
-        _begin_motion(K, A, W, J, copies, 1, 0)
+        _begin_motion(K, A, W, J, copies, GOES, 0)
 
 
 @jit
