@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray, IntArray, array, frozen, positive
 from ftqp.core.errors import InputError, ModelError, nearest, unknown
+from ftqp.kernel.layout.thresholds import LENGTH_FRACTION
 from ftqp.model import audit
 from ftqp.model.audit import Finding, note
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id
@@ -221,9 +222,6 @@ def _inside(arm: Arm, wanted: Any) -> FloatArray:
 
 ROWS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of the task rows: linear then angular, along the axes of W."""
-
-LENGTH_FRACTION = 1.0 / 6.0
-"""Characteristic length by reach: where a norm mixes units, one radian counts as much as this length."""
 
 
 class Shape(TypedDict, total=False):

@@ -179,6 +179,9 @@ def test_what_makes_no_posture_or_cannot_be_gone_to_is_answered_by_a_number(buil
     assert kept.call("go_round", ctypes.c_void_p(search.at.value + 8), numbers(AWAY)) == -21
     assert kept.call("go_round", search.at, numbers(HOME + 4.0)) == -44
     assert kept.call("go_to_pose", search.at, numbers(2.0 * pose)) == -40
+    far = pose.copy()
+    far[:3, 3] *= 1000.0  # in millimetres
+    assert kept.call("go_to_pose", search.at, numbers(far)) == -44
     assert kept.call("go", numbers(HOME), None) == -45
     assert kept.call("go_to_pose", search.at, numbers(pose)) == 0 and kept.call("arrived") == 0
     assert search.begin(kept, pose) == -3 and kept.call("go", numbers(HOME), None) == -45

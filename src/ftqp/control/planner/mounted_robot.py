@@ -9,15 +9,13 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import pose
 from ftqp.kernel.entry.planner_commands import NO_LOAD, Load, ReserveSamples
-from ftqp.model.build import LENGTH_FRACTION
+from ftqp.kernel.layout.thresholds import LENGTH_FRACTION, REACHES
 from ftqp.model.followers import coupled_columns, coupled_places
 from ftqp.model.payload import Payload
 from ftqp.model.posture import gravity_torques
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
-REACHES = 20.0
-"""A place farther from the base than so many reaches is probably in millimetres. A convention."""
 SAMPLES = 400
 """Random configurations that are looked at."""
 SPEED_SHARE = 0.5

@@ -16,8 +16,7 @@ from ftqp.core.checks import FloatArray, perhaps_degrees
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY, SETS, TARGET_POSE, TARGET_TWIST
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
-from ftqp.model.build import LENGTH_FRACTION
+from ftqp.kernel.layout.thresholds import LENGTH_FRACTION, OUTSIDE_FROM
 from ftqp.model.chain import frame_id
 from ftqp.model.followers import coupled_columns, is_led
 from ftqp.model.posture import NEAR_SINGULAR, least_singular_value, scaled_jacobian

@@ -16,7 +16,9 @@ from ftqp.kernel.rows.further_tasks import TURNS
 NO_POSE = 1
 """What was given is no pose, or not finite, and nothing is changed; ..."""
 NO_GOAL = 2
-"""... and what has no goal of that kind."""
+"""... what has no goal of that kind; ..."""
+NO_REACH = 3
+"""... and what is so far away that it is no place of the arm's."""
 
 
 @jit

@@ -20,6 +20,10 @@ swings freely in balance."""
 TIME_SLACK: Final = 1e-9
 """Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s. Some ten thousand
 units of rounding of a path's time."""
+LENGTH_FRACTION: Final = 1.0 / 6.0
+"""Characteristic length by reach: where a norm mixes units, one radian counts as much as this length."""
+REACHES: Final = 20.0
+"""A place farther from the base than so many reaches is probably in millimetres. A convention."""
 SINGULAR_FROM: Final = 0.02
 """Singular value of the Jacobian [characteristic lengths] below which a direction counts as singular."""
 PROOF_SHARE: Final = 1e-9

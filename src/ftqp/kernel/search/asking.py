@@ -4,11 +4,18 @@ from math import pi
 from typing import Any
 
 from ftqp.kernel.arm.pose_error import exponential, turn_between
-from ftqp.kernel.commands.surroundings import NO_GOAL, NO_POSE, is_pose
+from ftqp.kernel.commands.surroundings import NO_GOAL, NO_POSE, NO_REACH, is_pose
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import HEALTHY
-from ftqp.kernel.layout.thresholds import LEAST_ACCELERATION, RISE_TIME, STRONG
+from ftqp.kernel.layout.thresholds import (
+    LEAST_ACCELERATION,
+    LENGTH_FRACTION,
+    REACHES,
+    RISE_TIME,
+    STRONG,
+)
 from ftqp.kernel.layout.ways_room import MOST, PLANNERS_ROWS, SHORTENING_LOOKS
+from ftqp.kernel.maths.elementary import is_finite
 from ftqp.kernel.maths.linear_systems import assign
 from ftqp.kernel.search.known_arm import know_arm
 from ftqp.kernel.search.looks import pose_arm
@@ -136,24 +143,31 @@ def ask_as_given(K: Any, P: Any, given: Any, T: Any) -> None:
 
 
 @jit
-def may_seek(P: Any, given: Any) -> bool:
-    """Whether ways of the joints can be looked for: of one chain, of which joints work and none swings."""
-    chain, works = P.chain, False
+def cannot_seek(P: Any, given: Any, T: Any) -> int:
+    """Why postures of a pose, (16,), cannot be looked for; 0 where they can.
+
+    NO_POSE; NO_GOAL of an arm that is not one chain, or of which no joint works or one swings freely; or
+    NO_REACH of a pose as far away as one in millimetres.
+    """
+    if not is_pose(T):
+        return NO_POSE
+    chain, works, endless = P.chain, False, False
     for j in range(chain.n):
         works = works or P.faults.code[j] == HEALTHY
-    return bool(works and not (chain.is_tree or chain.mimics or chain.floating or given.swings))
+        endless = endless or (chain.prismatic[j] and not is_finite(given.q_max[j] - given.q_min[j]))
+    if not works or chain.is_tree or chain.mimics or chain.floating or given.swings:
+        return NO_GOAL
+    far = REACHES * given.length / LENGTH_FRACTION
+    is_far = T[3] * T[3] + T[7] * T[7] + T[11] * T[11] > far * far
+    return NO_REACH if is_far and not endless else 0
 
 
 @part_jit
 def seek(K: Any, P: Any, given: Any, T: Any) -> int:
-    """Begin to look for postures of a pose, (16,), with the joints that work, from the last command.
-
-    0; NO_POSE, or NO_GOAL of an arm that is not one chain, or of which no joint works or one swings freely.
-    """
-    if not is_pose(T):
-        return NO_POSE
-    if not may_seek(P, given):
-        return NO_GOAL
+    """Begin to look for postures of a pose, (16,), from the last command: 0, or see ``cannot_seek``."""
+    why = cannot_seek(P, given, T)
+    if why:
+        return why
     ask_as_given(K, P, given, T)
     K.ways.asks_straight = K.ways.asks_nears = 0
     begin_asked(K, P, P.state.q_command, 0)

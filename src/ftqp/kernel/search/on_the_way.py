@@ -26,7 +26,6 @@ from ftqp.kernel.commands.going import (
     way_from,
 )
 from ftqp.kernel.commands.stops import write_together
-from ftqp.kernel.commands.surroundings import NO_GOAL, NO_POSE, is_pose
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
@@ -65,7 +64,7 @@ from ftqp.kernel.layout.ways_room import (
 )
 from ftqp.kernel.maths.jerk_limited import between, state_after
 from ftqp.kernel.maths.linear_systems import assign
-from ftqp.kernel.search.asking import ask_as_given, begin_asked, know_asked, may_seek
+from ftqp.kernel.search.asking import ask_as_given, begin_asked, cannot_seek, know_asked
 from ftqp.kernel.search.known_arm import know_surroundings
 from ftqp.kernel.search.looks import passes, pose_arm
 from ftqp.kernel.search.motion import places_of, prove_again, sample, search_step
@@ -529,11 +528,10 @@ def begin_going(K: Any, given: Any, W: Any, J: Any, S: Any, seeks: int, q: Any) 
 
 @jit
 def begin_going_to_pose(K: Any, given: Any, W: Any, J: Any, S: Any, T: Any) -> int:
-    """Go to a pose, (16,), from the next tick on: 0, NO_POSE, or NO_GOAL of an arm without ways."""
-    if not is_pose(T):
-        return NO_POSE
-    if not may_seek(K, given):
-        return NO_GOAL
+    """Go to a pose, (16,), from the next tick on: 0, or see ``cannot_seek``."""
+    why = cannot_seek(K, given, T)
+    if why:
+        return why
     _begin_in_c(K, given, W, J)
     ask_as_given(S, K, given, T)
     assign(W.goal, K.state.q_command, K.chain.n)

@@ -494,8 +494,8 @@ size_t ftqp_search_size(void) { return SEARCH + SIZE_OF_WAYS; }
 
 /* What the kernel says of numbers that it was told. */
 static int told(int64_t code) {
-    const int said[] = {0, FTQP_NO_POSE, FTQP_UNSUPPORTED};
-    return code < 0 || code > 2 ? FTQP_INTERNAL : said[code];
+    const int said[] = {0, FTQP_NO_POSE, FTQP_UNSUPPORTED, FTQP_NO_POSTURE};
+    return code < 0 || code > 3 ? FTQP_INTERNAL : said[code];
 }
 
 /* What is copied into a search from its planner: each row an address, one to copy from, and how many words. */

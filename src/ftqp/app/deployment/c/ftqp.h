@@ -225,7 +225,7 @@ int ftqp_go_round(ftqp *p, ftqp_search *s, const double *q);
 
 /* The same to a pose of the end effector, 16 numbers by rows: on its straight way where the joints can follow that, else
    to any posture of the pose, or to the nearest one that is found. FTQP_UNSUPPORTED where a joint swings freely, or the
-   arm is not one chain. */
+   arm is not one chain; FTQP_NO_POSTURE of a pose 20 times as far away as the arm reaches, as in millimetres. */
 int ftqp_go_to_pose(ftqp *p, ftqp_search *s, const double *pose);
 
 /* The command for the next period on the way to the posture: a status, or a mistake; q and v as of ftqp_step. A period
