@@ -21,9 +21,9 @@ def moved(x=0.0, y=0.0, z=0.0):
     return pose
 
 
-def commands(goto, each=lambda k: None):
+def commands(goto, each=lambda k: None, start=LEFT):
     """Commands of all ticks behind three of the start, and shares of speed, acceleration and jerk."""
-    rows = np.array([LEFT] * 4 + [step.q for step in go(goto, LEFT, longest=25.0, each=each)])
+    rows = np.array([start] * 4 + [step.q for step in go(goto, start, longest=25.0, each=each)])
     limits = PANDA.limits
     tops = limits.v_max, limits.a_max, limits.a_max / 0.05
     return rows, *(np.abs(np.diff(rows, n=k + 1, axis=0)) / DT ** (k + 1) / tops[k] for k in range(3))
@@ -153,6 +153,18 @@ def test_joints_brake_beside_a_table_with_bounded_jerk_where_one_locks_on_a_prov
     lock = ftqp.Locked(joint, mode=mode)
     rows, _, _, jerk = commands(goto, lambda k: k == at and planner.report(lock))
     assert np.delete(jerk, joint, axis=1).max() <= 1.02 and least(planner, rows) > 0.5 * 0.02
+
+
+def test_fast_hand_is_slowed_down_from_as_far_away_as_rows_would_hold_it_back():
+    scene, start = ftqp.Scene(), np.array([1.5, 1.2, 1.0, -0.5, 0.0, 1.8, 0.8])
+    scene.add("wall", ftqp.Box(size=(1.2, 0.04, 1.4), place=(0.5, -0.75, 0.6)))
+    planner = ftqp.Planner(PANDA, DT, scene=scene, clearance=ftqp.Clearance(keep=2e-3, stop=0.0))
+    planner.reset(start)
+    planner.report(ftqp.Locked(3, mode="instant"))
+    goal = np.array([-0.54, 1.2, -0.7, -0.5, 0.0, 1.8, 0.8])
+    goto = ftqp.GoTo(planner, q=goal)
+    *_, jerk = commands(goto, start=start)
+    assert goto.status is ftqp.GoToStatus.REACHED and jerk.max() <= 1.02
 
 
 def test_motion_stays_slow_for_as_long_as_its_mean_is_over_behind_where_it_was_slowest():
