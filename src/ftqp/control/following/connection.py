@@ -14,15 +14,13 @@ from ftqp.control.following.connection_words import LEAST, missing_of, said_of_s
 from ftqp.control.following.first_motion import FirstMotion, first_motion
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
+from ftqp.control.planner.ways.joint_tracker import motion_of_joints
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
-from ftqp.kernel.entry.session import Memory
 from ftqp.kernel.layout.enums import HELD, INVALID_INPUT, STOPPED, STOPPING
 from ftqp.model.robot import Robot
 
-BANDWIDTH, BANDWIDTH_STEPS = 20.0, 0.2
-"""How fast the reference comes back to the motion [1/s], at most, and times dt, as to any posture."""
 FOLLOWS: Final = 0.2
 """A joint that goes less than this share of its way does not follow: a servo of 1 Hz goes a third."""
 OTHER: Final = 0.5
@@ -102,12 +100,8 @@ class Connection:
         given = None if seconds is None else positive("seconds", seconds, "s")
         self._motion: FirstMotion = first_motion(robot, start, self._view.working, given)
         self._view.forget_servos()
-        memory = Memory("joints")
+        memory = motion_of_joints(planner)
         self._joints: Any = memory.fields
-        bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / planner.dt)
-        accelerates = planner.level == "acceleration"
-        self._joints.kp = bandwidth**2 if accelerates else bandwidth
-        self._joints.kv = 2.0 * bandwidth if accelerates else 0.0
         self._lead = planner.lead(memory)
         self._t, self._part, self._stopped = 0.0, -1, 0.0
         self._fault: str | None = None

@@ -21,6 +21,16 @@ from ftqp.kernel.layout.thresholds import (
 from ftqp.kernel.layout.ways_room import AS_ASKED, NO_REST, ROUND, STRAIGHT
 
 
+def motion_of_joints(planner: Any) -> Memory:
+    """Memory of a motion of the joints that a planner follows, with the gains on the error to it."""
+    memory = Memory("joints")
+    bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / planner.dt)
+    accelerates = planner.level == "acceleration"
+    memory.fields.kp = bandwidth**2 if accelerates else bandwidth
+    memory.fields.kv = 2.0 * bandwidth if accelerates else 0.0
+    return memory
+
+
 @final
 class JointTracker:
     """The planner's steps along a jerk-limited motion of the joints, see ``ftqp.kernel.search.on_the_way``.
@@ -48,13 +58,8 @@ class JointTracker:
         self.planner, self._rise_time = planner, rise_time
         self.view: PlannerView = planner.view()
         self._session, robot, n = planner.known, planner.robot, planner.robot.nv
-        self._going, self._joints = Memory("going"), Memory("joints")
+        self._going, self._joints = Memory("going"), motion_of_joints(planner)
         self._arm = ArmSession(robot.chain.constants())
-        J: Any = self._joints.fields
-        bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / planner.dt)
-        accelerates = planner.level == "acceleration"
-        self._poles: float = bandwidth / (1.5 if accelerates else 1.0)
-        J.kp, J.kv = (bandwidth**2, 2.0 * bandwidth) if accelerates else (bandwidth, 0.0)
         self.W: Any = self._going.fields
         a_max = robot.limits.a_max
         self.W.least[:n] = LEAST_ACCELERATION * a_max
@@ -174,7 +179,9 @@ class JointTracker:
 
     def decay(self, off: float) -> float:
         """About how long an error of the command takes to be ``EXACT`` [s]."""
-        return float(np.log(max(off / EXACT, 1.0))) / self._poles
+        J: Any = self._joints.fields
+        poles = float(J.kv) / 3.0 if J.kv else float(J.kp)
+        return float(np.log(max(off / EXACT, 1.0))) / poles
 
     def step(self, q: Any, v: Any, tau: Any = None, tip: Any = None) -> Step:
         """A step on the way; see ``Planner.step``."""

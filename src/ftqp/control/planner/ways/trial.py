@@ -53,7 +53,6 @@ class Tried(NamedTuple):
         time: How long it took [s].
         arrives: Whether it came to rest at its end, without a stop.
         clearance: The least distance from what it must not meet [m].
-        effort: The largest share of a torque limit that holds the arm at rest on it.
         passes: Whether the arm may be everywhere on it.
         near: Whether it comes too near to something.
         borne: The largest force and torque that the base bears on it, (2,) [N, N m].
@@ -63,7 +62,6 @@ class Tried(NamedTuple):
     time: float
     arrives: bool
     clearance: float
-    effort: float
     passes: bool
     near: bool
     borne: FloatArray
@@ -117,7 +115,7 @@ class Trial:
         some = np.unique(np.linspace(0, len(q) - 1, BORNE_AT, dtype=np.int64))
         return Tried(
             q, (len(q) - 1) * self._twin.dt + later, arrives, float(clear.min()),
-            float(efforts.max()), bool((efforts <= most).all()) and not near, near,
+            bool((efforts <= most).all()) and not near, near,
             self.passable.base_wrenches(q[some], v[some], a[some]).max(axis=0),
         )  # fmt: skip
 

@@ -14,6 +14,7 @@ from ftqp.control.planner.ways.ways import Ways
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
+from ftqp.core.pose import rotation_vector
 from ftqp.core.quiet import quiet
 from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
@@ -182,7 +183,8 @@ def _found(
                     add("back by the tip", *done, rows=rows)
                     if found[-1].clear:
                         break
-    stand = np.where(working, np.clip(_resting(start, limits.a), limits.q_min, limits.q_max), start.q)
+    stand = start.q + start.v * np.abs(start.v) / (2.0 * np.maximum(limits.a, 1e-9))  # where braking ends
+    stand = np.where(working, np.clip(stand, limits.q_min, limits.q_max), start.q)
     if not only_stops:  # as far as is known
         place = np.where(working, np.clip(home, limits.q_min, limits.q_max), start.q)
         way = _round(twin, stand, place)
@@ -191,11 +193,6 @@ def _found(
         add("halt", rest[None], trial.joints([rest]))
     add("stop", stand[None], trial.joints([stand]))
     return found
-
-
-def _resting(start: JointState, a: FloatArray) -> FloatArray:
-    """Where braking ends, (nv,) [rad or m]: q + v |v|/(2 a)."""
-    return start.q + start.v * np.abs(start.v) / (2.0 * np.maximum(a, 1e-9))
 
 
 def _round(twin: Any, stand: FloatArray, place: FloatArray) -> FloatArray:
@@ -238,8 +235,7 @@ def _is_back(view: PlannerView, q: FloatArray, begin: FloatArray, rows: str) -> 
     """Whether the tip is where its way began, in the rows kept."""
     end = view.poses(q[None])[0]
     lean = float(np.arccos(np.clip(end[:3, 2] @ begin[:3, 2], -1.0, 1.0)))
-    cosine = 0.5 * (np.trace(end[:3, :3].T @ begin[:3, :3]) - 1.0)
-    turned = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    turned = float(np.linalg.norm(rotation_vector(end[:3, :3].T @ begin[:3, :3])))
     off = {"position": 0.0, "position_axis": lean, "pose": turned}[rows]
     away = float(np.linalg.norm(end[:3, 3] - begin[:3, 3]))
     return away <= TIP_BACK and off <= TURNED_BACK

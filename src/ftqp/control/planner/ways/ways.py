@@ -11,7 +11,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import FreeSwinging
 from ftqp.kernel.entry.session import Call, bound, rooms, write_together
-from ftqp.kernel.layout.record import in_line, memory
+from ftqp.kernel.layout.record import memory
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.scene_room import PAIRS
 from ftqp.kernel.layout.thresholds import LEAST_ACCELERATION, RISE_TIME
@@ -130,7 +130,8 @@ class Ways:
         """Write what is asked, see the class, into memory of zeros; ``places`` are gone to in their order."""
         self._planner, self._session = planner, planner.known
         self.memory, self.n = memory("ways"), planner.robot.nv
-        self._begin()
+        self.K: Any = rooms(self.memory)
+        self.W: Any = self.K.ways
         W, robot, n = self.W, planner.robot, planner.robot.nv
         a_max, j_max = robot.limits.a_max, robot.limits.j_max
         W.a_least[:n], W.jerk[:n] = LEAST_ACCELERATION * a_max, np.minimum(a_max / rise_time, j_max)
@@ -156,10 +157,6 @@ class Ways:
             W.tip_acceleration[:] = straight.acceleration, straight.turn_acceleration
         if places is not None:
             W.asks_places, W.given_place[: len(places), :n] = len(places), places
-
-    def _begin(self) -> None:
-        self.K: Any = rooms(self.memory)
-        self.W: Any = self.K.ways
 
     @property
     def rooms(self) -> list[tuple[Any, Any]]:
@@ -325,11 +322,3 @@ class Ways:
             return None
         kinds = ("pair", LIMIT, EFFORT, KEEP, BALL)
         return Met(kinds[(code - 1) // PAIRS], (code - 1) % PAIRS)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "memory": self.memory, "K": None, "W": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state)
-        self.memory = in_line(state["memory"])
-        self._begin()
