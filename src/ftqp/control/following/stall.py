@@ -74,13 +74,10 @@ class StallEscape:
             free: Which joints can move, (nv,).
         """
         n = len(free)
-        if pattern == "alternating":
-            alternating: FloatArray = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
-            return alternating
-        if pattern == "single":
-            one: FloatArray = np.zeros(n)
-            one[int(np.argmax(free))] = 1.0
-            return one
         drawn = np.random.default_rng(self.seed).uniform(-1.0, 1.0, n)
+        if pattern == "alternating":
+            drawn = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
+        elif pattern == "single":
+            drawn = np.where(np.arange(n) == np.argmax(free), 1.0, 0.0)
         direction: FloatArray = drawn / np.abs(drawn).max()
         return direction

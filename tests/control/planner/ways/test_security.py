@@ -168,8 +168,8 @@ assert planner.security is not None
     ("make", "said"),
     [
         (lambda: ftqp.NMinusOne(horizon=0.0), "horizon"),
-        (lambda: ftqp.NMinusOne(budget=0), "budget is 0, expected a number of ticks"),
-        (lambda: ftqp.NMinusOne(rate=1000.0), "rate is 1000 Hz, expected 1 to 200"),
+        (lambda: ftqp.NMinusOne(budget=0), "budget is 0, expected a whole number >= 1"),
+        (lambda: ftqp.NMinusOne(rate=1000.0), "rate is 1000, expected a number at most 200 Hz"),
         (lambda: ftqp.Planner(PANDA, scheme="mvn", n_minus_one=ftqp.NMinusOne()), "leads to no posture"),
         (lambda: ftqp.Planner(PANDA, n_minus_one=True), "ftqp.NMinusOne or None"),
         (lambda: ftqp.Planner(PANDA, backend="daqp", n_minus_one=ftqp.NMinusOne()), "active_set"),

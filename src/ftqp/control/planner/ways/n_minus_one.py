@@ -3,12 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from ftqp.core.checks import positive
 from ftqp.core.errors import InputError
 from ftqp.core.setting import refuse_out_of_range, setting
-
-LEAST_RATE, MOST_RATE = 1.0, 200.0
-"""How often it may be looked ahead [Hz], by convention."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,21 +30,15 @@ class NMinusOne:
     """
 
     horizon: float = setting(2.0, unit="s", above=0.0)
-    rate: float = 20.0
+    rate: float = setting(20.0, unit="Hz", least=1.0, most=200.0)
     tolerance: float = setting(2e-3, unit="m", above=0.0)
     rotation_tolerance: float = setting(0.02, unit="rad", above=0.0)
     leads: bool = True
     waits: bool = False
-    budget: int = 25_000
+    budget: int = setting(25_000, least=1)
 
     def __post_init__(self) -> None:
-        refuse_out_of_range(self)
-        if not isinstance(self.budget, int) or self.budget < 1:
-            raise InputError(f"budget is {self.budget!r:.60}, expected a number of ticks, 1 or more")
-        if not LEAST_RATE <= positive("rate", self.rate, "Hz") <= MOST_RATE:
-            raise InputError(
-                f"rate is {self.rate:g} Hz, expected {LEAST_RATE:g} to {MOST_RATE:g} looks a second"
-            )
+        refuse_out_of_range(self, every=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
