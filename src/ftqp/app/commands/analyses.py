@@ -200,7 +200,6 @@ def campaign(
         replay --replay N: Run this episode alone, with log and figures, and judge it.
     """
     from ftqp.app.campaign.episode_study import load_campaign
-    from ftqp.app.campaign.kept_campaign import command_of
     from ftqp.app.commands.campaign_episodes import replay_episode, run_episodes
 
     more = () if episodes is None else (f"campaign.episodes={episodes}",)
@@ -209,8 +208,7 @@ def campaign(
         if not 0 <= replay < NUMBERS:
             raise InputError(f"episode {replay} is none of {made.name}, expected 0 to {NUMBERS - 1}")
         return replay_episode(made, replay, out, as_json=as_json)
-    command = command_of(study, overrides or ())
-    return run_episodes(made, command, out, jobs=jobs, dask=dask, table=table, as_json=as_json)
+    return run_episodes(made, out, jobs=jobs, dask=dask, table=table, as_json=as_json)
 
 
 ANALYSES: dict[Callable[..., ExitCode], str] = {

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from ftqp import __version__
-from ftqp.app.campaign.kept_campaign import kept_campaign
-from ftqp.app.commands.campaign_episodes import campaign_parts
+from ftqp.app.commands.campaign_episodes import campaign_parts, read_campaign
 from ftqp.app.commands.coverage_words import coverage_parts, read_coverage
 from ftqp.app.output import words
 from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.app.run.recorded_robot import notes_of, recorded_robot, scenario_of
 from ftqp.app.run.runs import SUMMARY, write
-from ftqp.app.study.results_file import FILE_NAME as RESULTS
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.sim.log.description import versions
 from ftqp.sim.log.log_arrays import Log
@@ -64,7 +62,7 @@ FIGURES: Final = 450_000
 
 NEEDED: Final = ("robot", "joints", "prismatic", "limits", "dt")
 """What a log must say of its run to be reported."""
-SECTIONS: Final = ((read_coverage, coverage_parts), (kept_campaign, campaign_parts))
+SECTIONS: Final = ((read_coverage, coverage_parts), (read_campaign, campaign_parts))
 """Results that are no runs: what reads a folder, or gives None, and what makes the section of it."""
 
 
@@ -121,7 +119,7 @@ def read_result(folder: Path, label: str) -> Result:
     within = sorted(file.parent.name for file in folder.glob(f"*/{FILE_NAME}"))
     raise InputError(
         f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, {SUMMARY} as `ftqp "
-        f"coverage` does, or {RESULTS} as `ftqp campaign` does"
+        f"coverage` and `ftqp campaign` write it when they have ended"
         + (f"; it holds the runs {', '.join(within)!s:.200}, name those" if within else "")
     )
 

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Final, final
 from urllib.error import URLError
 from urllib.request import ProxyHandler, build_opener
 
-from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.output.console import ExitCode, say, tell, tell_text
-from ftqp.app.run.runs import write
+from ftqp.app.run.runs import CAMPAIGN, write
 from ftqp.app.view.live_source import LiveSource, arms_of
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
@@ -80,7 +79,7 @@ def shown(choice: Choice, *, speed: float = 1.0, rival: bool = True) -> Iterator
             yield "coverage", source
     elif folder or given.name == FILE_NAME or given.suffix in (Path(FILE_NAME).suffix, OLD):
         if folder and not log_files(given):
-            if (given / STUDY).is_file():
+            if (given / CAMPAIGN).is_file():
                 raise InputError(
                     f"folder {given} holds a campaign, which `ftqp report {given}` shows; to view an "
                     "episode, run it by the campaign's command with --replay N, and name its folder"

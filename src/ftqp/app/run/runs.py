@@ -22,7 +22,7 @@ RUNS = Path("runs")
 """Where runs go unless another folder is named."""
 DRAWN = 256_000_000
 """Bytes of a log that figures show at most; of a longer one they show the end."""
-SUMMARY, SCENARIO = "summary.json", "scenario.toml"
+SUMMARY, SCENARIO, CAMPAIGN = "summary.json", "scenario.toml", "campaign.toml"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

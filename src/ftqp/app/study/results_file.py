@@ -233,8 +233,3 @@ def locked(folder: Path) -> sqlite3.Connection:
             f"another process writes to {folder}; wait until it has ended, or {REMEDY}"
         ) from error
     return lock
-
-
-def read_only(file: Path) -> sqlite3.Connection:
-    """A connection to a file that is only read."""
-    return sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
