@@ -18,7 +18,7 @@ from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors, Offset
-from ftqp.viz.figures import arm_picture, canvas, compared_runs, events, loop_picture, map_pictures
+from ftqp.viz.figures import arm_picture, canvas, compared_runs, events, loop_picture
 from ftqp.viz.figures import error_figures as errors
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import run_figures as runs
@@ -299,21 +299,6 @@ def test_the_arm_of_a_loop_is_drawn_six_times_and_its_tip_is_where_it_was(drawn,
     assert len(chains) == 6
     for chain, q in ((chains[0], motion[0]), (chains[-1], motion[-1])):
         assert np.allclose(chain[-1], view @ robot.pose(q)[:3, 3]) and np.allclose(chain[0], 0.0)
-
-
-def test_motions_after_failures_are_drawn_from_start_to_end_with_their_errors(drawn, tmp_path):
-    t, q = np.linspace(0.0, 5.0, 30), np.linspace([0.1, 0.2, 0.3], [1.0, 0.2, -0.4], 30)
-    still = np.tile(q[0], (30, 1))
-    motions = {"moves": (t, q, np.exp(-t)), "stands": (t, still, np.full(30, 0.5))}
-    map_pictures.draw_motions(tmp_path / "m.png", "way", np.ones(3), motions, np.array(GOAL))
-    moves, error, stands, _ = drawn[0].axes
-    tip = np.array([np.exp(1j * np.cumsum(row)).sum() for row in q])
-    way, goal = moves.lines[-2].get_xydata(), moves.lines[-1].get_xydata()
-    np.testing.assert_allclose(way, np.column_stack([tip.real, tip.imag]), atol=1e-12)
-    np.testing.assert_array_equal(goal, [GOAL])
-    np.testing.assert_array_equal(error.lines[0].get_ydata(), np.exp(-t))
-    assert np.ptp(stands.lines[-2].get_xydata(), axis=0).max() == 0.0
-    assert legend(drawn[0])[:2] == ["at the failure", "in the end"]
 
 
 def test_edges_of_what_stands_around_an_arm_are_drawn_behind_it(drawn, tmp_path):
