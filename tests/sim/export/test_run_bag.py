@@ -23,8 +23,8 @@ FROM = ("a", "tau", "tau_brake", "lb", "ub")
 
 
 def exported(file, folder, robot=None, told=lambda share: None):
-    with open_log(file) as rows:
-        return write_bag(rows, folder, robot, told)
+    rows = open_log(file)
+    return write_bag(rows, folder, robot, told)
 
 
 def read(folder):

@@ -106,6 +106,7 @@ def test_ctrl_c_leaves_nothing(run, tmp_path, kind):
     def stop(share):
         raise KeyboardInterrupt
 
-    with open_log(run[0]) as rows, pytest.raises(KeyboardInterrupt):
+    rows = open_log(run[0])
+    with pytest.raises(KeyboardInterrupt):
         getattr(table_files, f"write_{kind}")(rows, tmp_path / f"l.{kind}", stop)
     assert os.listdir(tmp_path) == []

@@ -60,8 +60,6 @@ FIGURES: Final = 450_000
 """Bytes that the figures and numbers of a run take, about; what is left goes to replays."""
 
 
-NEEDED: Final = ("robot", "joints", "prismatic", "limits", "dt")
-"""What a log must say of its run to be reported."""
 SECTIONS: Final = ((read_coverage, coverage_parts), (read_campaign, campaign_parts))
 """Results that are no runs: what reads a folder, or gives None, and what makes the section of it."""
 
@@ -107,9 +105,6 @@ def read_result(folder: Path, label: str) -> Result:
         log = load_log(folder)
         if not len(log):
             raise InputError(f"log {log.path} has no rows, expected at least one to report")
-        absent = [name for name in NEEDED if name not in log.metadata]
-        if absent:
-            raise InputError(f"log {log.path} does not say {', '.join(absent)} of its run; run it anew")
         return Result(label=label, log=log)
     for read, parts in SECTIONS:
         facts = read(folder)

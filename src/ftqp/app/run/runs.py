@@ -136,9 +136,9 @@ def _log(setup: Setup, folder: Path) -> Path | LogParts:
 
 def _drawn(folder: Path, dt: float) -> Log:
     """What the figures show: the log, or of a long one its end."""
-    with open_log(folder) as rows:
-        most = max(1, DRAWN // (8 * len(rows.columns)))
-        last = rows.end
+    rows = open_log(folder)
+    most = max(1, DRAWN // (8 * len(rows.columns)))
+    last = rows.end
     if rows.count <= most:
         return load_log(folder)
     say(

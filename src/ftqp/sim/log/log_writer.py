@@ -19,7 +19,6 @@ from io import BytesIO
 from pathlib import Path
 from re import fullmatch
 from typing import Any, Final, Self, final
-from zlib import crc32
 
 import numpy as np
 
@@ -39,11 +38,6 @@ FIRST_TICK: Final = "first_tick"
 def beside(file: Path) -> Path:
     """Where it is said what a table means."""
     return file.with_suffix(".json")
-
-
-def checksum(about: Mapping[str, Any]) -> int:
-    """Of what is said of a log, by which a file that was changed is known."""
-    return crc32(json.dumps({**about, "checksum": 0}, sort_keys=True).encode())
 
 
 @final
@@ -78,7 +72,6 @@ class LogWriter(RowSink):
 
     def annotate(self, metadata: Mapping[str, Any]) -> None:
         self._about["metadata"] |= metadata
-        self._about["checksum"] = checksum(self._about)
         file = beside(self.path)
         part = file.with_suffix(".part")
         try:
