@@ -52,9 +52,9 @@ def _of_robot(name: str, form: str, output: Path | None) -> dict[str, Any]:
 
 
 def _urdf(text: str, file: Path, notes: list[str]) -> dict[str, Any]:
-    from ftqp.sim.log.table_files import whole_file
+    from ftqp.sim.log.table_files import new_file
 
-    with whole_file(file) as part:
+    with new_file(file) as part:
         part.write_text(text, encoding="utf-8")
     return {"format": "urdf", "file": str(file), "bytes": file.stat().st_size, "notes": notes}
 

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable, Iterable
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any
 from ftqp.app.output.console import ExitCode, json_text, progress, say
 from ftqp.app.scenario.setup import Setup
 from ftqp.core.errors import FtqpError, InputError, MissingPackage, reading
+from ftqp.core.whole_file import whole_file
 from ftqp.qp.recording.recorded_qps import free_file
 from ftqp.sim.log.description import recorded
 from ftqp.sim.log.log_arrays import Log
@@ -172,13 +173,10 @@ def _record(setup: Setup, file: Path | None) -> dict[str, Any]:
 
 def write(path: Path, text: str) -> None:
     """Writes a whole file or none."""
-    part = path.with_suffix(".part")
     try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
+        with whole_file(path) as part:
+            part.write_text(text, encoding="utf-8")
     except OSError as error:
-        with suppress(OSError):
-            part.unlink()
         raise FtqpError(f"file {path} cannot be written: {error.strerror}") from error
 
 

@@ -24,6 +24,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError
+from ftqp.core.whole_file import whole_file
 from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.signals import Column
 
@@ -73,12 +74,10 @@ class LogWriter(RowSink):
     def annotate(self, metadata: Mapping[str, Any]) -> None:
         self._about["metadata"] |= metadata
         file = beside(self.path)
-        part = file.with_suffix(".part")
         try:
-            part.write_text(json.dumps(self._about, allow_nan=False), encoding="utf-8")
-            part.replace(file)
+            with whole_file(file) as part:
+                part.write_text(json.dumps(self._about, allow_nan=False), encoding="utf-8")
         except OSError as error:
-            part.unlink(missing_ok=True)
             raise FtqpError(f"log file {file} cannot be written: {error}") from error
 
     def _header(self, count: int) -> bytes:

@@ -6,32 +6,27 @@ import os
 import shutil
 import zipfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ftqp.core.errors import InputError
+from ftqp.core.whole_file import whole_file
 from ftqp.sim.log.log_rows import LogRows
 
 
 @contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
+def new_file(path: str | Path) -> Iterator[Path]:
     """A new file: the body writes the path that it gets, and the file gets its name when it is complete."""
     file = Path(path)
     _refuse_existing(file, "file")
-    part = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
-        yield part
-        _rename(part, file)
-    except FileExistsError as error:
-        raise InputError(f"file {file} exists already; choose another name") from error
+        with whole_file(file) as part:
+            yield part
     except OSError as error:
         raise InputError(f"file {file} cannot be written: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -56,17 +51,6 @@ def _refuse_existing(path: Path, kind: str) -> None:
         raise InputError(f"{kind} {path} exists already; choose another name")
 
 
-def _rename(part: Path, file: Path) -> None:
-    """A second name for a complete file, which fails where the name was taken meanwhile."""
-    try:
-        os.link(part, file)
-    except FileExistsError:
-        raise
-    except OSError:  # no second names on this file system
-        _refuse_existing(file, "file")
-        part.replace(file)
-
-
 Told = Callable[[float], None]
 """Told the share of the work that is done."""
 ABOUT = "about"
@@ -81,7 +65,7 @@ def silent(share: float) -> None:
 
 def write_csv(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
     """All signals in a new CSV file: names in the first line, then a line a tick, with every digit."""
-    with whole_file(path) as part, part.open("x", newline="", encoding="utf-8") as file:
+    with new_file(path) as part, part.open("x", newline="", encoding="utf-8") as file:
         whole, done = rows.whole(), 0
         writer = csv.writer(file)
         writer.writerow([column.name for column in rows.columns])
@@ -100,7 +84,7 @@ def write_npz(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
     ``about`` is a JSON text of each group's names, units and sentences, and of the log's metadata.
     """
     groups = rows.groups()
-    with whole_file(path) as part, zipfile.ZipFile(part, "x", zipfile.ZIP_DEFLATED) as archive:
+    with new_file(path) as part, zipfile.ZipFile(part, "x", zipfile.ZIP_DEFLATED) as archive:
         whole = rows.whole()
         for done, (name, places) in enumerate(groups.items(), 1):
             kind = np.dtype("<i8" if all(whole[k] for k in places) else "<f8")
@@ -144,7 +128,7 @@ def write_mat(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
             group: np.array([getattr(rows.columns[k], attribute) for k in places], dtype=object)
             for group, places in groups.items()
         }
-    with whole_file(path) as part:
+    with new_file(path) as part:
         whole = rows.whole()
         for done, (name, places) in enumerate(groups.items(), 1):
             kind = np.int64 if all(whole[k] for k in places) else np.float64

@@ -14,6 +14,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.core.picture import Picture
+from ftqp.core.whole_file import whole_file
 
 try:
     from matplotlib import rc_context
@@ -117,20 +118,16 @@ def few_ticks(axes: Axes, x: int = 6, y: int = 5) -> None:
 
 def save(figure: Figure, path: str | Path) -> Path:
     """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path."""
-    part, vector = Path(path).with_suffix(".part"), Path(path).suffix == ".svg"
-    canvas: Any = FigureCanvasSVG(figure) if vector else FigureCanvasAgg(figure)
+    file = Path(path)
     try:
-        if vector:
-            with rc_context({"svg.fonttype": "none", "svg.hashsalt": "ftqp"}):
-                canvas.print_svg(part, metadata=NO_METADATA)
-        else:
-            canvas.print_png(part, pil_kwargs={"compress_level": COMPRESSION})
-        part.replace(path)
+        with whole_file(file) as part, rc_context({"svg.fonttype": "none", "svg.hashsalt": "ftqp"}):
+            if file.suffix == ".svg":
+                FigureCanvasSVG(figure).print_svg(part, metadata=NO_METADATA)
+            else:
+                FigureCanvasAgg(figure).print_png(part, pil_kwargs={"compress_level": COMPRESSION})
     except OSError as error:
         raise InputError(f"figure {path} cannot be written: {error.strerror}") from error
-    finally:
-        part.unlink(missing_ok=True)
-    return Path(path)
+    return file
 
 
 def picture_of(draw: Callable[[Path], Path], title: str) -> Picture:
