@@ -220,7 +220,7 @@ def test_command_is_integrated_where_the_log_does_not_have_it(write, tmp_path, l
 def test_nothing_is_overwritten(write, tmp_path):
     file, _ = write(signals(), numbers(signals(), 5))
     (tmp_path / "bag").mkdir()
-    with pytest.raises(InputError, match=r"folder .*bag exists already"):
+    with pytest.raises(InputError, match=r"folder .*bag exists, and nothing is overwritten"):
         exported(file, tmp_path / "bag")
     with pytest.raises(InputError, match="cannot be written"):
         exported(file, tmp_path / "none" / "bag")

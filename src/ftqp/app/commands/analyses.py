@@ -6,6 +6,7 @@ from pathlib import Path
 from ftqp.app.output.console import ExitCode, Table, answer, say
 from ftqp.app.scenario import document
 from ftqp.core.errors import InputError
+from ftqp.core.whole_file import free_path
 
 NUMBERS = 1_000_000_000
 """Numbers of episodes are below this, however many were asked for."""
@@ -65,8 +66,7 @@ def calibrate(runs: list[Path], out: Path, as_json: bool = False) -> ExitCode:
     from ftqp.control.planner.response.detector import Detector
     from ftqp.sim.log.log_file import load_log
 
-    if out.exists():
-        raise InputError(f"{out} exists, and nothing is overwritten; name another one by --out")
+    free_path(out, "calibration")
     scenario = runs[0] / SCENARIO
     if not scenario.is_file():
         raise InputError(f"{runs[0]} has no {SCENARIO}; expected the folder of a run, `ftqp run` makes one")

@@ -28,6 +28,7 @@ from ftqp.control.planner.running_task import rows_of
 from ftqp.control.task.soft_tasks import PoseTask, PositionTask, RelativeTask
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, MissingPackage, ScenarioError
+from ftqp.core.whole_file import free_path
 from ftqp.kernel.entry.continuation_study import Continuations
 from ftqp.kernel.layout.enums import Survival
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -393,12 +394,7 @@ def make_plan(
     as_json: bool,
 ) -> ExitCode:
     """Plan, write the file, and say what the plan survives."""
-    if file.exists():
-        raise InputError(f"file {file} exists, and nothing is overwritten; name another one by -o")
-    if file.suffix != ".npz":
-        raise InputError(f"the plan's file is {file}, expected one that ends in .npz")
-    if not file.absolute().parent.is_dir():
-        raise InputError(f"file {file} cannot be made: there is no folder {file.absolute().parent}")
+    free_path(file, "plan", ".npz")
     if start not in STARTS:
         raise InputError(f"--start is {start!r}, expected one of {', '.join(STARTS)}")
     freedoms: Any = [name.strip() for name in (optimise or "").split(",") if name.strip()]

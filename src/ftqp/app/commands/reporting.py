@@ -14,6 +14,7 @@ from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.app.run.recorded_robot import notes_of, recorded_robot, scenario_of
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
+from ftqp.core.whole_file import free_path
 from ftqp.sim.log.description import versions
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
@@ -76,15 +77,10 @@ class Result:
 
 def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) -> ExitCode:
     """Writes the page."""
-    if os.path.lexists(file):
-        raise InputError(f"report {file} exists, and nothing is overwritten; name another file by -o")
+    free_path(file, "report")
     results = [read_result(folder, label) for folder, label in zip(folders, _labels(folders), strict=True)]
     text, notes = made(results, full=full)
     size = len(text.encode())
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"report {file} cannot be made: {error.strerror}") from error
     write(file, text)
     for note in notes:
         say(f"note: {note}")

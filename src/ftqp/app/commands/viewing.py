@@ -21,6 +21,7 @@ from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.extras import remedy_for_extra
+from ftqp.core.whole_file import free_path
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_file import OLD, load_log
 from ftqp.sim.log.log_writer import FILE_NAME, log_files
@@ -147,7 +148,7 @@ def view(
     if meshes not in MESHES:
         raise unknown("kind of meshes", meshes, "a page", MESHES)
     if record is not None:
-        _refuse_file(record)
+        free_path(record, "recording")
     if not is_loopback(host):
         say(
             f"warning: the page is open to the network at {host}: anybody who reaches it can break joints of "
@@ -218,14 +219,6 @@ def _write(
     robot = stage.robot
     write(file, recording(frames, robot, path=stage.path, title=stage.title, parts=parts(robot)))
     say(f"recording: {file}")
-
-
-def _refuse_file(file: Path) -> None:
-    """Refuse a file that cannot be made."""
-    if file.exists() or file.is_symlink():
-        raise InputError(f"recording {file} exists, and nothing is overwritten; name another file")
-    if not file.absolute().parent.is_dir():
-        raise InputError(f"recording {file} cannot be made: {file.absolute().parent} is not a folder")
 
 
 def _open(url: str) -> None:

@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.core.whole_file import whole_file
+from ftqp.core.whole_file import free_path, whole_file
 from ftqp.sim.log.log_rows import LogRows
 
 
 @contextmanager
 def new_file(path: str | Path) -> Iterator[Path]:
     """A new file: the body writes the path that it gets, and the file gets its name when it is complete."""
-    file = Path(path)
-    _refuse_existing(file, "file")
+    file = free_path(path, "file")
     try:
         with whole_file(file) as part:
             yield part
@@ -32,23 +31,16 @@ def new_file(path: str | Path) -> Iterator[Path]:
 @contextmanager
 def whole_folder(path: str | Path) -> Iterator[Path]:
     """A new folder: the body makes the path that it gets, of the same name, which is moved when complete."""
-    folder = Path(path)
-    _refuse_existing(folder, "folder")
+    folder = free_path(path, "folder")
     part = folder.with_name(f".{folder.name}.{os.getpid()}.part")
     try:
         part.mkdir()
         yield part / folder.name
-        _refuse_existing(folder, "folder")
-        (part / folder.name).rename(folder)
+        (part / folder.name).rename(free_path(folder, "folder"))
     except OSError as error:
         raise InputError(f"folder {folder} cannot be written: {error.strerror or error}") from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
-
-
-def _refuse_existing(path: Path, kind: str) -> None:
-    if path.exists() or path.is_symlink():
-        raise InputError(f"{kind} {path} exists already; choose another name")
 
 
 Told = Callable[[float], None]

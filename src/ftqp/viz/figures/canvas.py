@@ -20,7 +20,6 @@ try:
     from matplotlib import rc_context
     from matplotlib.axes import Axes as Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure as Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D as Line2D
@@ -119,12 +118,11 @@ def few_ticks(axes: Axes, x: int = 6, y: int = 5) -> None:
 def save(figure: Figure, path: str | Path) -> Path:
     """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path."""
     file = Path(path)
+    vector = file.suffix == ".svg"
+    options: Any = {"metadata": NO_METADATA} if vector else {"pil_kwargs": {"compress_level": COMPRESSION}}
     try:
         with whole_file(file) as part, rc_context({"svg.fonttype": "none", "svg.hashsalt": "ftqp"}):
-            if file.suffix == ".svg":
-                FigureCanvasSVG(figure).print_svg(part, metadata=NO_METADATA)
-            else:
-                FigureCanvasAgg(figure).print_png(part, pil_kwargs={"compress_level": COMPRESSION})
+            figure.savefig(part, format="svg" if vector else "png", **options)
     except OSError as error:
         raise InputError(f"figure {path} cannot be written: {error.strerror}") from error
     return file
