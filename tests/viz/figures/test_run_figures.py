@@ -14,7 +14,6 @@ from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.base.disturbances import Step
 from ftqp.sim.base.moving_world import MovingWorld, Platform
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors, Offset
@@ -22,7 +21,6 @@ from ftqp.viz.figures import arm_picture, canvas, compared_runs, events, loop_pi
 from ftqp.viz.figures import error_figures as errors
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import run_figures as runs
-from ftqp.viz.report.run_report import numbers
 
 PANDA = ftqp.robots.load("panda")
 KINDS = ["errors", "velocities", "accelerations", "torques", "status"]
@@ -130,8 +128,9 @@ def further_log():
     return run(Planner(PANDA, tasks=tasks, constraints=[keep]), panda_circle())
 
 
-def test_each_unit_of_soft_tasks_and_the_distances_have_a_panel(further_log, drawn, tmp_path):
+def test_each_unit_of_soft_tasks_and_the_distances_have_a_panel(further_log, panda_log, drawn, tmp_path):
     assert runs.drawings_of(further_log)["tasks.png"] is errors.draw_further
+    assert "tasks.png" not in runs.drawings_of(panda_log)
     errors.draw_further(further_log, tmp_path / "tasks.png")
     titles = [axes.get_title() for axes in drawn[0].axes]
     assert titles[0].startswith("Errors of soft tasks [mm]: largest") and titles[0].endswith("(elbow)")
@@ -144,22 +143,6 @@ def test_each_unit_of_soft_tasks_and_the_distances_have_a_panel(further_log, dra
         )
     assert list(drawn[0].axes[2].lines[0].get_ydata()) == [0.0, 0.0]
     assert drawn[0].axes[2].get_ylim()[0] < 0.0
-
-
-def test_numbers_of_soft_tasks_are_told_where_there_are_any_and_known(further_log, panda_log):
-    assert "tasks.png" not in runs.drawings_of(panda_log)
-    both = {"with": further_log, "without": panda_log}
-    page = numbers({name: summary(one) for name, one in both.items()}, both)
-    assert "elbow: largest error" in page and "look: error at the end" in page
-    assert "table: smallest distance from its plane" in page
-    alone = numbers({"without": summary(panda_log)}, {"without": panda_log})
-    assert "elbow" not in alone and "plane" not in alone
-    facts = summary(further_log) | {
-        "tasks": {"elbow": {"final_error": None, "max_error": None, "unit": "m"}},
-        "constraints": {"table": {"min_distance": -0.002}},
-    }
-    page = numbers({"run": facts}, {"run": further_log})
-    assert "2 mm beyond it" in page and "elbow" not in page
 
 
 def test_every_axis_of_a_moving_base_has_its_panel_with_extremes_and_unit(drawn, tmp_path):
