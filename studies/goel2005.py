@@ -178,27 +178,22 @@ def pictures(found_map, found_basins):
     from papers import goel_pictures
 
     from ftqp.viz.figures import map_pictures
+    from ftqp.viz.figures.loop_picture import draw_loop
 
-    def motion(count, goal, start, joint, duration):
-        way = point_to_point(arm(count), goal, np.array(start) * DEG, duration=duration, locked=joint)
-        return way.t, way.q, way.errors
+    def motion(file, title, goal, start, joint, duration):
+        robot = arm(3)
+        way = point_to_point(robot, goal, np.array(start) * DEG, duration=duration, locked=joint)
+        cross = np.append(goal, 0.0) + 0.1 * np.stack([-np.eye(3), np.eye(3)], axis=1)
+        panels = {"distance from the goal [m]": {joint: (way.t, way.errors)}}
+        return draw_loop(file, title, panels, arm=(robot, way.q), edges=cross)
 
     def draw(result, out, name):
-        files = [out / f"{name}-{part}.png" for part in ("motions", "basins", "two-links")]
-        map_pictures.draw_motions(
-            files[0], "A joint locks, unreported: figures 5 and 6", np.ones(3),
-            {
-                "Fig. 5: joint 2 at 45°": motion(3, GOAL, (-79.3348, 45.0, 42.7735), "j2", 12.0),
-                "Fig. 6: joint 1 at 150°": motion(3, GOAL, (150.0, -107.9446, 98.8833), "j1", 30.0),
-            },
-            np.array(GOAL),
-        )  # fmt: skip
-        cycle = out / f"{name}-cycle.png"
-        map_pictures.draw_motions(
-            cycle, "No rest: figure 7", np.ones(3),
-            {"joint 3 at 30°": motion(3, SLOW_GOAL, (10.8852, 72.5087, 30.0), "j3", 30.0)},
-            np.array(SLOW_GOAL),
-        )  # fmt: skip
+        parts = ("figure-5", "basins", "two-links", "figure-6", "cycle")
+        files = [out / f"{name}-{part}.png" for part in parts]
+        starts = (-79.3348, 45.0, 42.7735), (150.0, -107.9446, 98.8833)
+        motion(files[0], "Fig. 5: joint 2 locks at 45°, unreported", GOAL, starts[0], "j2", 12.0)
+        motion(files[3], "Fig. 6: joint 1 locks at 150°, unreported", GOAL, starts[1], "j1", 30.0)
+        motion(files[4], "No rest, Fig. 7: joint 3 at 30°", SLOW_GOAL, (10.8852, 72.5087, 30.0), "j3", 30.0)
         a, b = found_basins.moving
         goel_pictures.draw_basins(
             files[1], "Figure 8: joint 2 locked at 45°", (f"joint {a + 1}", f"joint {b + 1}"),
@@ -221,7 +216,7 @@ def pictures(found_map, found_basins):
             np.column_stack([posture.real, posture.imag, 0.0 * posture.real]), {**found_map},
         )  # fmt: skip
         kept = [file.rename(out / f"{name}-map-{file.name}") for file in maps]
-        return [*files, cycle, *rests, *kept]
+        return [*files, *rests, *kept]
 
     return draw
 
@@ -272,7 +267,8 @@ def map_means(found, _):
 
 SHEETS = {
     "3 and 4": partial(sheet, "two-links", lambda *_: case_ends("2R, goal")),
-    "5 and 6": partial(sheet, "motions", lambda *_: case_ends("Fig. 5", "Fig. 6, 150")),
+    "5": partial(sheet, "figure-5", lambda *_: case_ends("Fig. 5")),
+    "6": partial(sheet, "figure-6", lambda *_: case_ends("Fig. 6, 150")),
     "7": partial(sheet, "cycle", lambda *_: case_ends("Fig. 7, 30")),
     "8": partial(sheet, "basins", basin_shares),
     "9": partial(sheet, "rests-j1", rest_changes),

@@ -15,7 +15,6 @@ from ftqp.analysis.outcomes.basin_map import Basins as Basins
 from ftqp.analysis.outcomes.basin_map import basins as basins
 from ftqp.analysis.outcomes.unaware_law import PointToPoint as PointToPoint
 from ftqp.analysis.outcomes.unaware_law import point_to_point as point_to_point
-from ftqp.analysis.outcomes.unaware_law import qp_rates as qp_rates
 from ftqp.analysis.planning.fault_plan import Corridor as Corridor
 from ftqp.analysis.planning.fault_plan import Plan as Plan
 from ftqp.analysis.planning.fault_plan import load_plan as load_plan
@@ -45,7 +44,6 @@ from ftqp.analysis.tolerance import null_vector as null_vector
 from ftqp.analysis.tolerance import relative_manipulability as relative_manipulability
 from ftqp.analysis.tolerance import structural_joints as structural_joints
 from ftqp.analysis.tolerance import velocity_jump as velocity_jump
-from ftqp.analysis.tolerance import worst_case as worst_case
 from ftqp.analysis.tolerant_poses import TolerantWorkspace as TolerantWorkspace
 from ftqp.analysis.tolerant_poses import tolerant_workspace as tolerant_workspace
 from ftqp.analysis.workspace_map import WorkspaceReport as WorkspaceReport

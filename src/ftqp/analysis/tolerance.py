@@ -105,19 +105,6 @@ def relative_manipulability(J: Any, failed: Sequence[Sequence[int]] | None = Non
     return np.stack(found, axis=-1)
 
 
-def worst_case(J: Any, failed: Sequence[Sequence[int]] | None = None) -> FloatArray:
-    """The least relative manipulability over some sets of joints, (...), at most sqrt(r/n) over each alone.
-
-    Args:
-        J: Jacobians, (..., m, n).
-        failed: As in ``relative_manipulability``.
-
-    Raises:
-        InputError: J is no Jacobian, or a set is empty or has a joint that there is not.
-    """
-    return np.asarray(relative_manipulability(J, failed).min(axis=-1))
-
-
 def velocity_jump(J: Any, v: Any, joint: int) -> FloatArray:
     """v+ - v when a joint that moves is locked at once and the task's velocity stays, (n,) [rad/s or m/s].
 

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from os import PathLike
 from typing import Any, Final, Literal, Self, final, get_args
 
 import numpy as np
@@ -333,28 +332,6 @@ class WorkspaceReport:
             found[name] = np.where(said.any(axis=0), total / np.maximum(said.sum(axis=0), 1), np.nan)
         return found
 
-    def interval(self, name: str) -> FloatArray:
-        """The 95 % interval of a share over all configurations of all points, (nv + 1, 2) [percent].
-
-        It is Wilson's, as if configurations were drawn independently; those of one point are not quite.
-
-        Args:
-            name: ``R100``, ``F100`` or ``C100``.
-
-        Raises:
-            InputError: It is none of these.
-        """
-        if name not in ("R100", "F100", "C100"):
-            raise InputError(f"{name!r} is not a share of configurations; it is R100, F100 or C100")
-        value = getattr(self, name)
-        count = np.where(np.isnan(value), 0, (self.configurations - self.failed)[:, None])
-        total = np.maximum(count.sum(axis=0), 1)
-        share = np.where(count > 0, value, 0.0) / 100.0
-        p, z = (share * count).sum(axis=0) / total, 1.959964
-        middle = (p + z * z / (2.0 * total)) / (1.0 + z * z / total)
-        half = z / (1.0 + z * z / total) * np.sqrt(p * (1.0 - p) / total + (z / (2.0 * total)) ** 2)
-        return np.asarray(100.0 * np.stack([middle - half, middle + half], axis=1))
-
     def table(self) -> str:
         """The means over the points as a text table, and what was counted."""
         heads = [*self.joints, "any"]
@@ -367,15 +344,6 @@ class WorkspaceReport:
             f"{self.failed.sum()} lines failed, {self.runs.sum()} runs, {self.unresolved.sum()} unresolved"
         )
         return "\n".join(lines)
-
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write everything to a compressed file of numpy's, one array for each attribute.
-
-        Args:
-            path: The file; ``.npz`` is added where it is missing.
-        """
-        arrays = {name: getattr(self, name) for name in ("points", "goal", *MEASURES, *COUNTS)}
-        np.savez_compressed(path, joints=np.array(self.joints), **arrays)
 
 
 def workspace(

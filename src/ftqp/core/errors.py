@@ -10,14 +10,11 @@ FtqpError
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
-from re import sub
 from typing import Final
 from unicodedata import category
 
 HIDDEN: Final = ("Cc", "Cf", "Cs")
 """Categories of characters that are not seen, and that may move the cursor or turn the text of a terminal."""
-LONGEST_WORD: Final = 300
-"""Letters of a word of a message at most: a longer one is no word, and is cut in its middle."""
 
 
 def printable(text: str, keep: str = "\n") -> str:
@@ -43,13 +40,7 @@ class FtqpError(Exception):
     """
 
     def __init__(self, text: str) -> None:
-        super().__init__(_short(printable(text)))
-
-
-def _short(text: str) -> str:
-    """A text whose longest words are cut."""
-    kept = LONGEST_WORD // 3
-    return sub(rf"\S{{{LONGEST_WORD},}}", lambda found: f"{found[0][:kept]}...{found[0][-kept:]}", text)
+        super().__init__(printable(text))
 
 
 class InputError(FtqpError, ValueError):
@@ -78,7 +69,7 @@ class ModelError(FtqpError):
     """
 
     def __init__(self, what: str, findings: Sequence[str] = ()) -> None:
-        self.findings = tuple(_short(printable(finding, keep="")) for finding in findings)
+        self.findings = tuple(printable(finding, keep="") for finding in findings)
         super().__init__("\n".join([what, *(f"  - {finding}" for finding in self.findings)]))
 
 
@@ -90,7 +81,7 @@ class ScenarioError(FtqpError):
     """
 
     def __init__(self, what: str, errors: Sequence[str] = ()) -> None:
-        self.errors = tuple(_short(printable(error, keep="")) for error in errors)
+        self.errors = tuple(printable(error, keep="") for error in errors)
         super().__init__("\n".join([what, *(f"  - {error}" for error in self.errors)]))
 
 

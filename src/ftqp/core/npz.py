@@ -1,13 +1,14 @@
 """Arrays and a JSON text in an NPZ file, written whole or not at all."""
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ftqp.core.whole_file import whole_file
 
 ABOUT = "about"
 """The array that holds the JSON text."""
@@ -16,14 +17,9 @@ ABOUT = "about"
 def write_npz(file: Path, arrays: Mapping[str, NDArray[Any]], about: Mapping[str, Any]) -> None:
     """Write arrays and what JSON can hold about them; a file of the same name is replaced at the end."""
     text = np.array(json.dumps(about, allow_nan=False))
-    part = file.with_name(f".{file.name}.{os.getpid()}.part")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as stream:
-            np.savez_compressed(stream, **{ABOUT: text}, **arrays)  # type: ignore[arg-type]
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(file) as part, part.open("wb") as stream:
+        np.savez_compressed(stream, **{ABOUT: text}, **arrays)  # type: ignore[arg-type]
 
 
 def read_npz(file: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

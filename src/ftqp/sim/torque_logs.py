@@ -1,6 +1,5 @@
 """Recorded motions with torques: from a file, from the log of a run, or rehearsed by a simulated arm."""
 
-import csv
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,6 +11,7 @@ from ftqp.model.fitting.exciting_motion import ExcitingMotion
 from ftqp.model.fitting.torque_log import TorqueLog
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.table_files import new_file
 from ftqp.sim.number_files import TableFile
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.true_arm import TrueArm
@@ -79,16 +79,10 @@ def write_torque_log(file: Path, joints: tuple[str, ...], log: TorqueLog) -> Non
 
 def _write(file: Path, names: list[str], t: FloatArray, values: FloatArray) -> None:
     """A table of numbers; nothing is overwritten."""
-    if file.exists():
-        raise InputError(f"{file} exists, and nothing is overwritten; name another one")
-    try:
-        with file.open("x", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(["t", *names])
-            for time, row in zip(t, values, strict=True):
-                writer.writerow([f"{time:.9g}", *(f"{x:.9g}" for x in row)])
-    except OSError as error:
-        raise InputError(f"{file} cannot be written: {error.strerror or error}") from error
+    with new_file(file) as part:
+        np.savetxt(
+            part, np.column_stack([t, values]), "%.9g", ",", header=",".join(["t", *names]), comments=""
+        )
 
 
 SUBSTEPS = 4

@@ -1,17 +1,14 @@
 """``ftqp campaign``: a few short episodes, resumed, replayed, judged, refused."""
 
 import json
-import shlex
 import signal
 import sqlite3
-import tomllib
 from contextlib import closing
 
 import pytest
 from tests.app.conftest import invoke
 
 from ftqp.app.campaign import episode_study
-from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
 from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
 from ftqp.model import catalog
@@ -88,19 +85,6 @@ def test_any_episode_is_run_alone_by_its_number(study, tmp_path):
     for number in (-1, 10**9):
         code, _, errors = campaign(study, "--replay", number, "--out", tmp_path / "s")
         assert code == 2 and f"episode {number} is none of short, expected 0 to 999999999" in errors
-
-
-def test_command_in_the_report_runs_the_episode_again(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(episode_study, "KINEMATIC", episode_study.Strictness(speed=-1.0))
-    changed = ("--set", "scenario.path.radius=0.07", "--set", 'scenario.description="a b"')
-    assert campaign(study, "--out", tmp_path / "c", "--episodes", 8, *changed)[0] == 1
-    command = kept_campaign(tmp_path / "c")["command"]
-    code, out, _ = campaign(*shlex.split(command)[2:], "--replay", 7, "--out", tmp_path / "r", "--json")
-    facts = json.loads(out)
-    assert code == 1 and facts["drawn"] == json.loads(rows(tmp_path / "c")[7][1])
-    resolved = tomllib.loads((tmp_path / "r" / "scenario.toml").read_text())
-    assert resolved["path"]["radius"] == 0.07 and resolved["description"] == "a b"
-    assert command_of("-x.toml", ()) == "ftqp campaign ./-x.toml"
 
 
 def test_table_tells_value_by_value(study, tmp_path):

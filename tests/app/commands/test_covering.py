@@ -93,7 +93,7 @@ def test_a_plan_may_begin_where_the_scenario_does(tmp_path: Path) -> None:
         (("coverage", "zhang7-short", "--fault", "free_swinging"), "no masses"),
         (("plan", LINE, "-o", "p.npz", "--mtbf", "j1=0"), "mtbf of 'j1' is 0"),
         (("coverage", LINE, "--jobs", "2", "--dask", "tcp://here:1"), "leave one of them out"),
-        (("plan", LINE, "-o", "plan.txt"), "ends in .npz"),
+        (("plan", LINE, "-o", "plan.txt"), "has to end in .npz"),
         (("plan", LINE, "-o", "p.npz", "--method", "magic"), "magic"),
         (("plan", LINE, "-o", "p.npz", "--optimise", "yaw", "--start", "given"), "leave --start out"),
         (("plan", "planar6-square", "-o", "p.npz", "--method", "spline"), "joints to spare"),

@@ -55,7 +55,7 @@ def test_run_is_written_beside_its_log_or_where_it_is_wanted(run, tmp_path, form
     assert facts["file"] == str(run / FORMATS[form]) and facts["bytes"] > 1000
     assert facts["ticks"] == len(ftqp.load_log(run))
     code, _, errors = ftqp_command("export", run / "log.npy", "--format", form)
-    assert code == 2 and "exists already; choose another name" in errors
+    assert code == 2 and "exists, and nothing is overwritten" in errors
     code, out, _ = ftqp_command("export", run / "log.npy", "--format", form, "-o", tmp_path / "new")
     assert code == 0 and str(tmp_path / "new") in out
 
@@ -66,7 +66,7 @@ def test_robot_of_the_catalog_is_written_as_urdf(tmp_path, monkeypatch):
     again, robot = ftqp.Robot.from_urdf(tmp_path / "iiwa14.urdf"), catalog.load("iiwa14")
     np.testing.assert_allclose(again.pose(robot.neutral), robot.pose(robot.neutral), atol=1e-12)
     code, _, errors = ftqp_command("export", "iiwa14", "--format", "urdf")
-    assert code == 2 and "exists already" in errors
+    assert code == 2 and "nothing is overwritten" in errors
 
 
 def test_sliding_joint_is_written(tmp_path):

@@ -157,7 +157,7 @@ def test_replay_explains_why_a_qp_has_no_solution() -> None:
     assert proof["bounds"] == [f"j{i} (fixed at 0)" for i in range(1, 6)]
     assert facts["solution"]["residuals"] is None and facts["reference"] is None
     text = invoke("replay", PROBLEMS / "planar6-infeasible.npz", "--tick", 1510, "--backends", "daqp").stdout
-    assert "these exclude each other:" in text and "j5 (fixed at 0)" in text
+    assert "exclude each other: the point closest" in text and "j5 (fixed at 0)" in text
 
 
 def test_replay_gives_torques_in_newton_metres_at_both_levels() -> None:

@@ -80,7 +80,7 @@ def test_two_runs_into_one_folder_do_not_meet(tmp_path: Path, monkeypatch: pytes
     folder = runs.free_folder(tmp_path / "out", "x")
     assert runs.free_folder(tmp_path / "out", "x") == folder  # both have looked before either has made it
     facts = runs.run(first, folder, drawn=False).summary
-    with pytest.raises(InputError, match="exists, and nothing is overwritten; name another one by --out"):
+    with pytest.raises(InputError, match="cannot be made: File exists"):
         runs.run(second, folder, drawn=False)
     assert (
         json.loads((folder / "summary.json").read_text())["steps"]

@@ -37,7 +37,6 @@ ENDINGS = {
     "panda-unannounced": (True, 0.03),
     "panda-undetected": (True, 0.2),
     "panda-y-line": (True, 5e-3),
-    "planar3-identified": (True, 0.57),
     "planar3-line": (False, 0.4),
     "planar3-unidentified": (False, 3.0),
     "planar6-square": (True, 4e-6),
@@ -51,7 +50,7 @@ ENDINGS = {
 
 
 RELAXED = (
-    "iiwa-out-of-reach", "panda-degraded", "panda-mujoco-free", "planar3-identified", "iiwa-x-line",
+    "iiwa-out-of-reach", "panda-degraded", "panda-mujoco-free", "iiwa-x-line",
     "panda-y-line", "zhang7-short", "panda-mujoco-brake", "panda-mujoco-payload",
     "panda-unannounced",
 )  # fmt: skip

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.commands.covering import healthy_motion
 from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
@@ -43,7 +42,7 @@ def test_folder_of_a_run_is_a_replay(tmp_path):
 
 
 def test_folder_of_a_campaign_is_refused_with_what_shows_it(tmp_path):
-    (tmp_path / STUDY).write_text("")
+    (tmp_path / runs.CAMPAIGN).write_text("")
     with (
         pytest.raises(InputError, match=r"holds a campaign, .* `ftqp report .* --replay N"),
         shown(Choice(scenario=str(tmp_path))),

@@ -23,8 +23,8 @@ FROM = ("a", "tau", "tau_brake", "lb", "ub")
 
 
 def exported(file, folder, robot=None, told=lambda share: None):
-    with open_log(file) as rows:
-        return write_bag(rows, folder, robot, told)
+    rows = open_log(file)
+    return write_bag(rows, folder, robot, told)
 
 
 def read(folder):
@@ -220,7 +220,7 @@ def test_command_is_integrated_where_the_log_does_not_have_it(write, tmp_path, l
 def test_nothing_is_overwritten(write, tmp_path):
     file, _ = write(signals(), numbers(signals(), 5))
     (tmp_path / "bag").mkdir()
-    with pytest.raises(InputError, match=r"folder .*bag exists already"):
+    with pytest.raises(InputError, match=r"folder .*bag exists, and nothing is overwritten"):
         exported(file, tmp_path / "bag")
     with pytest.raises(InputError, match="cannot be written"):
         exported(file, tmp_path / "none" / "bag")

@@ -93,7 +93,7 @@ def test_nothing_is_overwritten(run, tmp_path, kind):
     log, file = load_log(run[0]), tmp_path / f"l.{kind}"
     for make in (file.touch, file.mkdir, lambda: file.symlink_to(tmp_path / "nowhere")):
         make()
-        with pytest.raises(InputError, match=r"exists already; choose another name"):
+        with pytest.raises(InputError, match=r"exists, and nothing is overwritten"):
             getattr(log, WRITERS[kind])(file)
         file.rmdir() if file.is_dir() else file.unlink()
     with pytest.raises(InputError, match="cannot be written"):
@@ -106,6 +106,7 @@ def test_ctrl_c_leaves_nothing(run, tmp_path, kind):
     def stop(share):
         raise KeyboardInterrupt
 
-    with open_log(run[0]) as rows, pytest.raises(KeyboardInterrupt):
+    rows = open_log(run[0])
+    with pytest.raises(KeyboardInterrupt):
         getattr(table_files, f"write_{kind}")(rows, tmp_path / f"l.{kind}", stop)
     assert os.listdir(tmp_path) == []

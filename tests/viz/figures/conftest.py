@@ -14,12 +14,11 @@ def drawn(monkeypatch):
     """The figures that would have been written, in their order; empty files stand for them."""
     figures = []
 
-    def keep(paper, file, **_):
-        figures.append(paper.figure)
+    def keep(figure, file, **_):
+        figures.append(figure)
         Path(file).touch()
 
-    monkeypatch.setattr(canvas.FigureCanvasAgg, "print_png", keep)
-    monkeypatch.setattr(canvas.FigureCanvasSVG, "print_svg", keep)
+    monkeypatch.setattr(canvas.Figure, "savefig", keep)
     return figures
 
 

@@ -14,15 +14,13 @@ from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.base.disturbances import Step
 from ftqp.sim.base.moving_world import MovingWorld, Platform
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors, Offset
-from ftqp.viz.figures import arm_picture, canvas, compared_runs, events, loop_picture, map_pictures
+from ftqp.viz.figures import arm_picture, canvas, compared_runs, events, loop_picture
 from ftqp.viz.figures import error_figures as errors
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import run_figures as runs
-from ftqp.viz.report.run_report import numbers
 
 PANDA = ftqp.robots.load("panda")
 KINDS = ["errors", "velocities", "accelerations", "torques", "status"]
@@ -130,8 +128,9 @@ def further_log():
     return run(Planner(PANDA, tasks=tasks, constraints=[keep]), panda_circle())
 
 
-def test_each_unit_of_soft_tasks_and_the_distances_have_a_panel(further_log, drawn, tmp_path):
+def test_each_unit_of_soft_tasks_and_the_distances_have_a_panel(further_log, panda_log, drawn, tmp_path):
     assert runs.drawings_of(further_log)["tasks.png"] is errors.draw_further
+    assert "tasks.png" not in runs.drawings_of(panda_log)
     errors.draw_further(further_log, tmp_path / "tasks.png")
     titles = [axes.get_title() for axes in drawn[0].axes]
     assert titles[0].startswith("Errors of soft tasks [mm]: largest") and titles[0].endswith("(elbow)")
@@ -144,22 +143,6 @@ def test_each_unit_of_soft_tasks_and_the_distances_have_a_panel(further_log, dra
         )
     assert list(drawn[0].axes[2].lines[0].get_ydata()) == [0.0, 0.0]
     assert drawn[0].axes[2].get_ylim()[0] < 0.0
-
-
-def test_numbers_of_soft_tasks_are_told_where_there_are_any_and_known(further_log, panda_log):
-    assert "tasks.png" not in runs.drawings_of(panda_log)
-    both = {"with": further_log, "without": panda_log}
-    page = numbers({name: summary(one) for name, one in both.items()}, both)
-    assert "elbow: largest error" in page and "look: error at the end" in page
-    assert "table: smallest distance from its plane" in page
-    alone = numbers({"without": summary(panda_log)}, {"without": panda_log})
-    assert "elbow" not in alone and "plane" not in alone
-    facts = summary(further_log) | {
-        "tasks": {"elbow": {"final_error": None, "max_error": None, "unit": "m"}},
-        "constraints": {"table": {"min_distance": -0.002}},
-    }
-    page = numbers({"run": facts}, {"run": further_log})
-    assert "2 mm beyond it" in page and "elbow" not in page
 
 
 def test_every_axis_of_a_moving_base_has_its_panel_with_extremes_and_unit(drawn, tmp_path):
@@ -299,21 +282,6 @@ def test_the_arm_of_a_loop_is_drawn_six_times_and_its_tip_is_where_it_was(drawn,
     assert len(chains) == 6
     for chain, q in ((chains[0], motion[0]), (chains[-1], motion[-1])):
         assert np.allclose(chain[-1], view @ robot.pose(q)[:3, 3]) and np.allclose(chain[0], 0.0)
-
-
-def test_motions_after_failures_are_drawn_from_start_to_end_with_their_errors(drawn, tmp_path):
-    t, q = np.linspace(0.0, 5.0, 30), np.linspace([0.1, 0.2, 0.3], [1.0, 0.2, -0.4], 30)
-    still = np.tile(q[0], (30, 1))
-    motions = {"moves": (t, q, np.exp(-t)), "stands": (t, still, np.full(30, 0.5))}
-    map_pictures.draw_motions(tmp_path / "m.png", "way", np.ones(3), motions, np.array(GOAL))
-    moves, error, stands, _ = drawn[0].axes
-    tip = np.array([np.exp(1j * np.cumsum(row)).sum() for row in q])
-    way, goal = moves.lines[-2].get_xydata(), moves.lines[-1].get_xydata()
-    np.testing.assert_allclose(way, np.column_stack([tip.real, tip.imag]), atol=1e-12)
-    np.testing.assert_array_equal(goal, [GOAL])
-    np.testing.assert_array_equal(error.lines[0].get_ydata(), np.exp(-t))
-    assert np.ptp(stands.lines[-2].get_xydata(), axis=0).max() == 0.0
-    assert legend(drawn[0])[:2] == ["at the failure", "in the end"]
 
 
 def test_edges_of_what_stands_around_an_arm_are_drawn_behind_it(drawn, tmp_path):

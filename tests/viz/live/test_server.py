@@ -19,7 +19,7 @@ from ftqp.core.pose import skew, transform
 from ftqp.sim.session.session_commands import Break, Pause
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.scene import frame_names
-from ftqp.viz.live.server import VERSION, close_server, free_port, open_server, picture_ticks, recording
+from ftqp.viz.live.server import VERSION, close_server, open_server, picture_ticks, recording
 from ftqp.viz.live.watched import View
 
 CAMERA = {
@@ -33,7 +33,11 @@ def test_a_port_in_use_gives_the_next_free_one():
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        assert port < free_port("127.0.0.1", port) <= port + 99
+        server = open_server(port=port)
+        try:
+            assert port < server.get_port() <= port + 99
+        finally:
+            close_server(server)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from ftqp.core.checks import FloatArray, array, frozen, numbers, positive, whole
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.other_records import SHARE
 from ftqp.model.robot import Robot
-from ftqp.qp import QP, SolveStatus, solve
 
 
 def weights_inverse(W: Any, n: int) -> FloatArray:
@@ -147,7 +146,7 @@ def point_to_point(
         W: Weights of the joint rates, (nv, nv) or diagonal (nv,); None is 1. A controller has its own.
         gain: K_e, > 0 [1/s].
         v_max: The largest commanded speed of the task, > 0 [m/s]; None is no limit.
-        controller: What resolves the task's rate, for example ``qp_rates(W)``; None is the closed form G.
+        controller: What resolves the task's rate; None is the closed form G.
         samples: How many equal parts of the time are given back, >= 1.
 
     Raises:
@@ -179,22 +178,3 @@ def point_to_point(
         )
     q = way.y.T.copy()
     return PointToPoint(t=frozen(way.t), q=frozen(q), errors=frozen(law.sizes(q)))
-
-
-def qp_rates(W: Any, nv: int, backend: str = "active_set") -> Controller:
-    """Rates from min 1/2 v'Wv subject to A v = the commanded rate: the same law, by a QP.
-
-    Args:
-        W: Weights, (nv, nv) or its diagonal (nv,), positive definite; None is the identity.
-        nv: Number of joints.
-        backend: The solver.
-    """
-    H = np.linalg.inv(weights_inverse(W, nv))
-
-    def rates(A: FloatArray, wanted: FloatArray) -> FloatArray:
-        found = solve(QP(H, np.zeros(nv), A=A, b=wanted), backend=backend)
-        if found.status != SolveStatus.SOLVED:
-            raise InputError(f"{backend} found no rates ({found.status.name}); the Jacobian may be singular")
-        return found.x
-
-    return rates

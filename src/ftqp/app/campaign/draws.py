@@ -29,7 +29,7 @@ not drawn, but keys inside its tables and lists are, those that they have.
 """
 
 import copy
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice, pairwise
 from pathlib import Path
 from types import MappingProxyType
@@ -166,43 +166,20 @@ def _bundle(group: str, choices: Mapping[str, Mapping[str, Any]], rng: np.random
     return str(_one(group, {"one_of": names, "weights": weights}, rng, "bundles."))
 
 
-def refuse_wrong(
-    scenario: Mapping[str, Any], vary: Mapping[str, Any], bundles: Bundles = MappingProxyType({})
-) -> None:
-    """Refuse distributions that are wrong, and keys that lead nowhere, whatever their chance."""
+def refuse_wrong(vary: Mapping[str, Any], bundles: Bundles = MappingProxyType({})) -> None:
+    """Refuse distributions that are wrong, whatever their chance; what is wrong of a key shows when drawn."""
     rng = np.random.default_rng(0)
-    tables: dict[str, Any] = copy.deepcopy(dict(scenario))
-    before: list[str] = []
     for group, choices in bundles.items():
-        first = copy.deepcopy(tables)
         _bundle(group, choices, rng)
-        for one in choices.values():
-            for key, value in one.items():
-                if key not in OF_A_BUNDLE:
-                    put(first, key, copy.deepcopy(value))
-                    before.append(key)
-        tables = first
-    kinds = {key: _kind(key, what) for key, what in vary.items()}
-    for key, kind in sorted(kinds.items(), key=lambda one: one[1] in OF_THE_ARM):  # which are drawn last
-        what, value = vary[key], None
+    for key, what in vary.items():
+        kind = _kind(key, what)
         _chance(key, what)
         if kind == "one_of":
-            value = _one(key, what, rng)
+            _one(key, what, rng)
         elif kind in OF_THE_ARM:
             ARM[kind](f"vary.{key}.{kind}", what[kind])
         else:
-            value = NUMBERS[kind](f"vary.{key}.{kind}", what[kind], rng)
-            for relation in RELATED:
-                if relation in what and not _touched(str(what[relation]), before):
-                    _related(key, what, relation, tables)
-        if not _touched(key, before):
-            put(tables, key, copy.deepcopy(value))
-        before.append(key)
-
-
-def _touched(key: str, others: Iterable[str]) -> bool:
-    """Whether what stands at a key depends on what is drawn for other ones."""
-    return any(f"{key}.".startswith(f"{other}.") or other.startswith(f"{key}.") for other in others)
+            NUMBERS[kind](f"vary.{key}.{kind}", what[kind], rng)
 
 
 def _chance(key: str, what: Any) -> float | None:

@@ -390,7 +390,7 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     folder = found.folder.resolve()
     made = Campaign(name=found.name, tables=tables, text=document.toml(plain(tables)), folder=folder)
     try:
-        refuse_wrong(tables.scenario, tables.vary, tables.bundles)
+        refuse_wrong(tables.vary, tables.bundles)
     except InputError as error:
         raise ScenarioError(f"{found.origin} has errors:", [str(error)]) from error
     _try_some(made, found.origin)

@@ -6,6 +6,7 @@ from pathlib import Path
 from ftqp.app.output.console import ExitCode, Table, answer, say
 from ftqp.app.scenario import document
 from ftqp.core.errors import InputError
+from ftqp.core.whole_file import free_path
 
 NUMBERS = 1_000_000_000
 """Numbers of episodes are below this, however many were asked for."""
@@ -65,8 +66,7 @@ def calibrate(runs: list[Path], out: Path, as_json: bool = False) -> ExitCode:
     from ftqp.control.planner.response.detector import Detector
     from ftqp.sim.log.log_file import load_log
 
-    if out.exists():
-        raise InputError(f"{out} exists, and nothing is overwritten; name another one by --out")
+    free_path(out, "calibration")
     scenario = runs[0] / SCENARIO
     if not scenario.is_file():
         raise InputError(f"{runs[0]} has no {SCENARIO}; expected the folder of a run, `ftqp run` makes one")
@@ -200,7 +200,6 @@ def campaign(
         replay --replay N: Run this episode alone, with log and figures, and judge it.
     """
     from ftqp.app.campaign.episode_study import load_campaign
-    from ftqp.app.campaign.kept_campaign import command_of
     from ftqp.app.commands.campaign_episodes import replay_episode, run_episodes
 
     more = () if episodes is None else (f"campaign.episodes={episodes}",)
@@ -209,8 +208,7 @@ def campaign(
         if not 0 <= replay < NUMBERS:
             raise InputError(f"episode {replay} is none of {made.name}, expected 0 to {NUMBERS - 1}")
         return replay_episode(made, replay, out, as_json=as_json)
-    command = command_of(study, overrides or ())
-    return run_episodes(made, command, out, jobs=jobs, dask=dask, table=table, as_json=as_json)
+    return run_episodes(made, out, jobs=jobs, dask=dask, table=table, as_json=as_json)
 
 
 ANALYSES: dict[Callable[..., ExitCode], str] = {

@@ -1,4 +1,4 @@
-"""What ``ftqp campaign`` does: all episodes of a campaign, or one alone."""
+"""What ``ftqp campaign`` does: all episodes of a campaign, or one alone; and what a report says of it."""
 
 import json
 from pathlib import Path
@@ -8,26 +8,25 @@ from ftqp import __version__
 from ftqp.app.campaign.beside_rival import WHO
 from ftqp.app.campaign.campaign_summary import fallback_share, share_interval, summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork, quietly
-from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.output.console import ExitCode, Shown, Table, answer, json_text, page_parts
 from ftqp.app.run import runs
-from ftqp.app.run.runs import SUMMARY, write
+from ftqp.app.run.runs import CAMPAIGN, SUMMARY, summary_with, write
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.runner import refuse_wrong_workers, run_study, study_folder, told_how_to_go_on
 from ftqp.checker.checked_run import LAWS
-from ftqp.core.errors import MissingPackage, printable, reading
+from ftqp.core.errors import reading
 from ftqp.sim.log.log_file import load_log
-from ftqp.viz.pages.page import drawing, heading
+from ftqp.viz.pages.page import heading
 
-LISTED: Final = 200
-"""Episodes that are listed at most."""
-HISTOGRAM: Final = (
-    "How many episodes had which largest distance of the end effector from its target while OK was claimed."
-)
-SHARES: Final = (
-    "Of the values that were drawn: which share of the episodes broke a law (dot) and the shares that are "
-    "compatible with that at 95 % (bar). Values that broke none are grey."
-)
+NEEDED: Final = ("campaign", "episodes", "sound", "broken", "raised", "refused", "laws", "by_key", "crashed")
+"""What the summary of a campaign has at least."""
+ALONE: Final = "the same command with --replay {}, and with no --out or another one"
+"""Runs an episode alone; a run's folder is a new one."""
+
+
+def read_campaign(folder: Path) -> dict[str, Any] | None:
+    """The facts of a campaign; None where a folder holds none."""
+    return summary_with(folder, NEEDED)
 
 
 def campaign_summary(facts: dict[str, Any]) -> list[str | Table]:
@@ -43,14 +42,10 @@ def campaign_summary(facts: dict[str, Any]) -> list[str | Table]:
 
 
 def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
-    """The section."""
+    """The section of a report: what the command has said, and value by value."""
     with reading(folder / SUMMARY, "as `ftqp campaign` writes it", "make it anew by the same command"):
-        return [
-            heading(f"{label}: how often was any law broken?"),
-            *page_parts(campaign_summary(facts)),
-            *_pictures(facts),
-            *page_parts([*by_key(facts), *_listed(facts)]),
-        ]
+        shown = page_parts(_shown(facts, whole=True))
+    return [heading(f"{label}: how often was any law broken?"), *shown]
 
 
 def _sentences(facts: dict[str, Any]) -> list[str]:
@@ -61,16 +56,6 @@ def _sentences(facts: dict[str, Any]) -> list[str]:
         f"{facts['broken']} broke one, {facts['raised']} ended in an exception; {facts['refused']} were not "
         "run, for what was drawn is no scenario."
     ]
-    if facts["given_up"]:
-        lines.append(
-            f"{facts['given_up']} more were given up, as the process that ran them died each time; they are "
-            "listed below, and tried again when the campaign goes on."
-        )
-    if facts["missing"]:
-        lines.append(
-            f"The campaign is not finished: {facts['missing']} more episodes were asked for and have no "
-            "result yet; the command that began it goes on with them."
-        )
     if run + facts["raised"]:
         low, high = share_interval(bad, run + facts["raised"]) or (0.0, 1.0)
         lines.append(
@@ -176,36 +161,6 @@ def _detection(found: dict[str, Any] | None) -> list[Table]:
     return [Table("What the detectors found", ("what", "value"), rows, ("value",))]
 
 
-def _pictures(facts: dict[str, Any]) -> list[str]:
-    """The histogram and the shares; none where figures cannot be drawn."""
-    try:
-        from ftqp.viz.figures.study_pictures import draw_ok_errors, draw_shares
-        from ftqp.viz.report.run_report import inline
-    except MissingPackage:
-        return []
-    parts = []
-    if facts["errors"]:
-        title = f"{facts['campaign']}: claimed and true"
-        parts.append(drawing(inline(lambda path: draw_ok_errors(path, facts["errors"], title)), HISTOGRAM))
-    shares = {
-        key: [
-            (value, found["episodes"] - found["refused"], found["broken"] + found["raised"], interval)
-            for value, found in values.items()
-            if (
-                interval := share_interval(
-                    found["broken"] + found["raised"], found["episodes"] - found["refused"]
-                )
-            )
-        ]
-        for key, values in facts["by_key"].items()
-    }
-    shares = {key: values for key, values in shares.items() if len(values) > 1}
-    if shares and facts["broken"] + facts["raised"]:
-        title = f"{facts['campaign']}: which values broke laws"
-        parts.append(drawing(inline(lambda path: draw_shares(path, shares, title)), SHARES))
-    return parts
-
-
 def by_key(facts: dict[str, Any]) -> list[Table]:
     """The same for each value of each key that was drawn."""
     heads = ("value", "episodes", "broke a law", "exceptions", "not run", "at most (95 %)", "FALLBACK ticks")
@@ -226,29 +181,8 @@ def by_key(facts: dict[str, Any]) -> list[Table]:
     return tables
 
 
-def _listed(facts: dict[str, Any]) -> list[Table]:
-    """The episodes that went wrong, each with the command that runs it alone."""
-    bad = facts["listed"]
-    if not bad:
-        return []
-    rows = [
-        (str(item), outcome, f"{said.splitlines()[0] if said else '':.200}",
-         printable(f"{facts['command']} --replay {item}"))
-        for item, outcome, said in bad[:LISTED]
-    ]  # fmt: skip
-    title = "Episodes that broke a law" + (" or were given up" if facts["given_up"] else "")
-    more = f", the first {LISTED}" if len(bad) > LISTED else ""
-    heads = ("episode", "outcome", "what was broken first", "alone, with log and figures")
-    return [Table(f"{title}{more}", heads, rows, ("episode",))]
-
-
-ALONE: Final = "the same command with --replay {}, and with no --out or another one"
-"""Runs an episode alone; a run's folder is a new one."""
-
-
 def run_episodes(
     made: Campaign,
-    command: str,
     out: Path | None,
     *,
     jobs: int | None,
@@ -259,13 +193,13 @@ def run_episodes(
     """Run all episodes that are not yet in the folder, and sum all of them up."""
     refuse_wrong_workers(jobs, dask)
     folder = study_folder(out, made.name)
-    about = {"study": made.whole_text, "ftqp": __version__, "name": made.name, "command": command}
+    about = {"study": made.whole_text, "ftqp": __version__, "name": made.name}
     count = made.tables.campaign.episodes
     with (
         told_how_to_go_on(folder),
         ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results,
     ):
-        write(folder / STUDY, made.text)
+        write(folder / CAMPAIGN, made.text)
         work = EpisodeWork(campaign=made)
         outcome = run_study(work, count, results, what=made.name, jobs=jobs, dask=dask)
         names = ("episode", *COLUMNS)
@@ -315,7 +249,7 @@ def replay_episode(made: Campaign, number: int, out: Path | None, *, as_json: bo
 
 def _shown(facts: dict[str, Any], *, whole: bool) -> Shown:
     """The summary for a person."""
-    shown = campaign_summary(facts | {"given_up": len(facts["crashed"]), "missing": 0})
+    shown = campaign_summary(facts)
     if facts["refused"]:
         first = facts["refusals"][0]
         reason = ((first["sentences"] or "").splitlines() or ["no reason was kept"])[-1].removeprefix("  - ")

@@ -33,6 +33,8 @@ MEANINGS = {
 """What each kind of outcome means."""
 LEARNING = 60.0
 """The law that learns is given so long [s]."""
+CROSS = 0.15
+"""Half the size of the cross that marks the goal, in characteristic lengths."""
 
 
 def converge(setup: Setup, folder: Path, *, as_json: bool) -> ExitCode:
@@ -120,23 +122,21 @@ def _rests(setup: Setup, goal: FloatArray, values: dict[str, float]) -> list[dic
 
 
 def _picture(setup: Setup, goal: FloatArray, found: Outcome, learned: LearnedRun, folder: Path) -> str | None:
-    """The picture's file, for planar arms; None, said in words, where nothing can draw."""
-    chain = setup.robot.chain
-    offsets = np.vstack([chain.translation, chain.tip_translation])
-    straight = np.allclose(chain.rotation.reshape(-1, 3, 3), np.eye(3)) and np.allclose(offsets[1:, 1:], 0.0)
-    if not straight or chain.prismatic.any() or not setup.robot.is_serial:
-        return None
+    """The picture's file; None, said in words, where nothing can draw."""
     try:
-        from ftqp.viz.figures.map_pictures import draw_motions
+        from ftqp.viz.figures.loop_picture import draw_loop
     except MissingPackage as error:
         say(f"no picture: {error}")
         return None
-    motions = {
-        f"the law as it is: {found.kind}": (found.t, found.path, found.errors),
-        "the law that learns": (learned.t, learned.path, learned.errors),
+    errors = {
+        f"the law as it is: {found.kind}": (found.t, found.errors),
+        "the law that learns": (learned.t, learned.errors),
     }
-    title = f"{setup.name}: a lock that nobody notices"
-    return str(draw_motions(folder / PICTURE, title, offsets[1:, 0], motions, goal[:2, 3] - offsets[0, :2]))
+    cross = goal[:3, 3] + CROSS * setup.robot.length * np.stack([-np.eye(3), np.eye(3)], axis=1)
+    title, panels = f"{setup.name}: a lock that nobody notices", {"distance from the goal [m]": errors}
+    return str(
+        draw_loop(folder / PICTURE, title, panels, arm=(setup.robot, found.path), edges=cross),
+    )
 
 
 def _shown(facts: dict[str, Any]) -> Shown:

@@ -16,7 +16,7 @@ from ftqp.analysis.survival.coverage import CoverageCase
 from ftqp.analysis.survival.coverage_report import SENTENCES, NotSurvived
 from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.task_path import TaskPath, task_path
-from ftqp.analysis.survival.way_round import DT, Bound
+from ftqp.analysis.survival.way_round import DT
 from ftqp.app.commands.coverage_words import HEAT_MAP, MOTION, PAGE, coverage_summary, write_page
 from ftqp.app.output.console import ExitCode, answer, json_text, progress, say
 from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
@@ -28,6 +28,7 @@ from ftqp.control.planner.running_task import rows_of
 from ftqp.control.task.soft_tasks import PoseTask, PositionTask, RelativeTask
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, MissingPackage, ScenarioError
+from ftqp.core.whole_file import free_path
 from ftqp.kernel.entry.continuation_study import Continuations
 from ftqp.kernel.layout.enums import Survival
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -142,13 +143,12 @@ def _ticks_per_sample(setup: Setup) -> int:
     return max(1, round(ticks / SAMPLES))
 
 
-KIND, BOUND = "coverage", "coverage bound"
+KIND = "coverage"
 NUMBERS: Final = ("position", "rotation", "margin", "hurry", "clearance")
 """What is known of a continuation beside its status and its last sample, by name and column."""
 COLUMNS: Final = {"failure": "TEXT", "t": "REAL", "status": "TEXT", "last_sample": "INTEGER"} | dict.fromkeys(
     NUMBERS, "REAL"
 )
-BOUND_FOLDER: Final = "bound"
 
 
 def pair_rows(pairs: Pairs, threads: int | None, items: Sequence[int]) -> list[tuple[Any, ...]]:
@@ -160,11 +160,6 @@ def pair_rows(pairs: Pairs, threads: int | None, items: Sequence[int]) -> list[t
         (names[item % F], float(pairs.task.t[pairs.samples[item // F]]), Survival(status).name, *more)
         for item, (status, *more) in zip(items, values, strict=True)
     ]
-
-
-def bound_rows(bound: Bound, threads: int | None, items: Sequence[int]) -> list[tuple[Any, ...]]:
-    """How many joints any posture can do without, at the samples with these numbers."""
-    return [(int(count),) for count in bound.counts(items, threads)]
 
 
 def report_of(
@@ -183,23 +178,16 @@ def report_of(
         "motion": hashlib.sha256(np.ascontiguousarray(pairs.q).tobytes()).hexdigest()[:32],
     }  # fmt: skip
     study = "\n".join(f"{key} = {value}" for key, value in facts.items())
-    common: dict[str, Any] = {
-        "key": hashlib.sha256(f"{__version__}\n{study}".encode()).hexdigest(),
-        "about": {"study": study, "ftqp": __version__, "robot": pairs.task.robot.name},
-        "onward": f"the same command with --out {folder} --resume",
-    }
+    key = hashlib.sha256(f"{__version__}\n{study}".encode()).hexdigest()
+    about = {"study": study, "ftqp": __version__, "robot": pairs.task.robot.name}
+    onward = f"the same command with --out {folder} --resume"
     threads = None if jobs is None and dask is None else 1
-    share: dict[str, Any] = {"what": name, "jobs": 1 if jobs is None else jobs, "dask": dask}
-    with ResultsFile(folder, kind=KIND, columns=COLUMNS, **common) as results:
-        run_study(partial(pair_rows, pairs, threads), pairs.count, results, **share).refuse_gaps("items")
+    with ResultsFile(folder, kind=KIND, columns=COLUMNS, key=key, about=about, onward=onward) as results:
+        work = partial(pair_rows, pairs, threads)
+        done = run_study(work, pairs.count, results, what=name, jobs=1 if jobs is None else jobs, dask=dask)
+        done.refuse_gaps("items")
         found = _continuations(results.table())
-    most = None
-    if bound is not None:
-        columns = {"joints": "INTEGER"}
-        with ResultsFile(folder / BOUND_FOLDER, kind=BOUND, columns=columns, **common) as results:
-            work = partial(bound_rows, bound, threads)
-            run_study(work, len(bound.samples), results, **share).refuse_gaps("items")
-            most = np.array([row[1] for row in results.table()], dtype=np.int64)
+    most = None if bound is None else bound.counts(range(len(bound.samples)), threads)
     return case.report(found, most)
 
 
@@ -406,12 +394,7 @@ def make_plan(
     as_json: bool,
 ) -> ExitCode:
     """Plan, write the file, and say what the plan survives."""
-    if file.exists():
-        raise InputError(f"file {file} exists, and nothing is overwritten; name another one by -o")
-    if file.suffix != ".npz":
-        raise InputError(f"the plan's file is {file}, expected one that ends in .npz")
-    if not file.absolute().parent.is_dir():
-        raise InputError(f"file {file} cannot be made: there is no folder {file.absolute().parent}")
+    free_path(file, "plan", ".npz")
     if start not in STARTS:
         raise InputError(f"--start is {start!r}, expected one of {', '.join(STARTS)}")
     freedoms: Any = [name.strip() for name in (optimise or "").split(",") if name.strip()]

@@ -33,16 +33,11 @@ class StoryPart:
     exit_code: int = 0
 
 
-class _BrokenOff(Exception):
-    """A run that Ctrl-C has ended, as a part."""
-
-
 def _run(setup: Setup, folder: Path) -> runs.Run:
     """A run to its end."""
     run = runs.run(setup, folder, drawn=False)
     if run.summary["interrupted"]:
-        part = StoryPart(lines=words.report(run.summary), facts=run.summary, exit_code=int(run.exit_code))
-        raise _BrokenOff(part)
+        raise KeyboardInterrupt
     return run
 
 
@@ -267,15 +262,10 @@ def tell_story(parts: Sequence[str], out: Path | None, *, as_json: bool) -> Exit
     folder, facts, code = runs.free_folder(out, "demo"), dict[str, Any](), ExitCode.DONE
     ending = ["The live page, where you break the joints: ftqp view"] if chosen[-1] == list(PARTS)[-1] else []
     for name in chosen:
-        try:
-            played = PARTS[name](folder if name == next(iter(PARTS)) else folder / name)
-        except _BrokenOff as broken:
-            (played,), ending, code = broken.args, [], ExitCode.INTERRUPTED
+        played = PARTS[name](folder if name == next(iter(PARTS)) else folder / name)
         facts |= played.facts
         code = max(code, ExitCode(played.exit_code))
         if not as_json:
             tell("\n".join([*played.lines, ""]))
-        if code is ExitCode.INTERRUPTED:
-            break
     answer(facts, as_json, ending)
     return code

@@ -52,9 +52,9 @@ def _of_robot(name: str, form: str, output: Path | None) -> dict[str, Any]:
 
 
 def _urdf(text: str, file: Path, notes: list[str]) -> dict[str, Any]:
-    from ftqp.sim.log.table_files import whole_file
+    from ftqp.sim.log.table_files import new_file
 
-    with whole_file(file) as part:
+    with new_file(file) as part:
         part.write_text(text, encoding="utf-8")
     return {"format": "urdf", "file": str(file), "bytes": file.stat().st_size, "notes": notes}
 
@@ -64,19 +64,19 @@ def _of_run(source: Path, form: str, output: Path | None) -> dict[str, Any]:
     from ftqp.app.run.recorded_robot import notes_of, recorded_robot
     from ftqp.sim.log.log_file import open_log
 
-    with open_log(source) as rows:
-        notes = notes_of(rows.metadata, rows.end)
-        folder = source if source.is_dir() else source.parent
-        if form == "urdf":
-            robot, why = recorded_robot(rows)
-            if robot is None:
-                raise InputError(f"{why}; so no URDF can be written")
-            return _urdf(robot.to_urdf(), output or folder / f"{robot.name.replace('/', '_')}.urdf", notes)
-        file = output or folder / FORMATS[form][0]
-        facts: dict[str, Any] = {"format": form, "file": str(file), "ticks": rows.count, "notes": notes}
-        with progress(f"{rows.title} as {form}", 1.0) as notify:
-            facts |= _written(rows, form, file, notify, notes)
-        return facts | {"bytes": _bytes(file)}
+    rows = open_log(source)
+    notes = notes_of(rows.metadata, rows.end)
+    folder = source if source.is_dir() else source.parent
+    if form == "urdf":
+        robot, why = recorded_robot(rows)
+        if robot is None:
+            raise InputError(f"{why}; so no URDF can be written")
+        return _urdf(robot.to_urdf(), output or folder / f"{robot.name.replace('/', '_')}.urdf", notes)
+    file = output or folder / FORMATS[form][0]
+    facts: dict[str, Any] = {"format": form, "file": str(file), "ticks": rows.count, "notes": notes}
+    with progress(f"{rows.title} as {form}", 1.0) as notify:
+        facts |= _written(rows, form, file, notify, notes)
+    return facts | {"bytes": _bytes(file)}
 
 
 def _written(

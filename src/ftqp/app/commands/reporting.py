@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from ftqp import __version__
-from ftqp.app.campaign.kept_campaign import kept_campaign
-from ftqp.app.commands.campaign_episodes import campaign_parts
+from ftqp.app.commands.campaign_episodes import campaign_parts, read_campaign
 from ftqp.app.commands.coverage_words import coverage_parts, read_coverage
 from ftqp.app.output import words
 from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.app.run.recorded_robot import notes_of, recorded_robot, scenario_of
 from ftqp.app.run.runs import SUMMARY, write
-from ftqp.app.study.results_file import FILE_NAME as RESULTS
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
+from ftqp.core.whole_file import free_path
 from ftqp.sim.log.description import versions
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
@@ -62,9 +61,7 @@ FIGURES: Final = 450_000
 """Bytes that the figures and numbers of a run take, about; what is left goes to replays."""
 
 
-NEEDED: Final = ("robot", "joints", "prismatic", "limits", "dt")
-"""What a log must say of its run to be reported."""
-SECTIONS: Final = ((read_coverage, coverage_parts), (kept_campaign, campaign_parts))
+SECTIONS: Final = ((read_coverage, coverage_parts), (read_campaign, campaign_parts))
 """Results that are no runs: what reads a folder, or gives None, and what makes the section of it."""
 
 
@@ -80,15 +77,10 @@ class Result:
 
 def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) -> ExitCode:
     """Writes the page."""
-    if os.path.lexists(file):
-        raise InputError(f"report {file} exists, and nothing is overwritten; name another file by -o")
+    free_path(file, "report")
     results = [read_result(folder, label) for folder, label in zip(folders, _labels(folders), strict=True)]
     text, notes = made(results, full=full)
     size = len(text.encode())
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"report {file} cannot be made: {error.strerror}") from error
     write(file, text)
     for note in notes:
         say(f"note: {note}")
@@ -109,9 +101,6 @@ def read_result(folder: Path, label: str) -> Result:
         log = load_log(folder)
         if not len(log):
             raise InputError(f"log {log.path} has no rows, expected at least one to report")
-        absent = [name for name in NEEDED if name not in log.metadata]
-        if absent:
-            raise InputError(f"log {log.path} does not say {', '.join(absent)} of its run; run it anew")
         return Result(label=label, log=log)
     for read, parts in SECTIONS:
         facts = read(folder)
@@ -121,7 +110,7 @@ def read_result(folder: Path, label: str) -> Result:
     within = sorted(file.parent.name for file in folder.glob(f"*/{FILE_NAME}"))
     raise InputError(
         f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, {SUMMARY} as `ftqp "
-        f"coverage` does, or {RESULTS} as `ftqp campaign` does"
+        f"coverage` and `ftqp campaign` write it when they have ended"
         + (f"; it holds the runs {', '.join(within)!s:.200}, name those" if within else "")
     )
 

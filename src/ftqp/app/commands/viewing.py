@@ -13,17 +13,15 @@ from pathlib import Path
 from threading import Event, current_thread, main_thread
 from types import FrameType
 from typing import TYPE_CHECKING, Final, final
-from urllib.error import URLError
-from urllib.request import ProxyHandler, build_opener
 
-from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.output.console import ExitCode, say, tell, tell_text
-from ftqp.app.run.runs import write
+from ftqp.app.run.runs import CAMPAIGN, write
 from ftqp.app.view.live_source import LiveSource, arms_of
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
-from ftqp.core.errors import FtqpError, InputError, unknown
+from ftqp.core.errors import InputError, unknown
 from ftqp.core.extras import remedy_for_extra
+from ftqp.core.whole_file import free_path
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_file import OLD, load_log
 from ftqp.sim.log.log_writer import FILE_NAME, log_files
@@ -80,7 +78,7 @@ def shown(choice: Choice, *, speed: float = 1.0, rival: bool = True) -> Iterator
             yield "coverage", source
     elif folder or given.name == FILE_NAME or given.suffix in (Path(FILE_NAME).suffix, OLD):
         if folder and not log_files(given):
-            if (given / STUDY).is_file():
+            if (given / CAMPAIGN).is_file():
                 raise InputError(
                     f"folder {given} holds a campaign, which `ftqp report {given}` shows; to view an "
                     "episode, run it by the campaign's command with --replay N, and name its folder"
@@ -122,8 +120,6 @@ IN_PHYSICS, WITHOUT = "panda-unannounced", "panda-circle"
 """What is shown where nothing is named, with MuJoCo and without it."""
 SLOWER = ("path.duration=8",)
 """A lap in which a person can click at an instant."""
-PATIENCE: Final = 10.0
-"""How long the page is given to answer for the first time [s]."""
 
 
 def usual() -> tuple[str, tuple[str, ...]]:
@@ -152,7 +148,7 @@ def view(
     if meshes not in MESHES:
         raise unknown("kind of meshes", meshes, "a page", MESHES)
     if record is not None:
-        _refuse_file(record)
+        free_path(record, "recording")
     if not is_loopback(host):
         say(
             f"warning: the page is open to the network at {host}: anybody who reaches it can break joints of "
@@ -166,7 +162,6 @@ def view(
 
         with Page(source, host=host, port=port, parts=parts, seen=kept.keep) as page:
             try:
-                _wait_for(page.url)
                 if as_json:
                     facts = {"url": page.url, "port": page.port, "kind": kind, "title": source.stage().title}
                     tell_text(json.dumps(facts) + "\n")  # one line: the page is still up
@@ -224,23 +219,6 @@ def _write(
     robot = stage.robot
     write(file, recording(frames, robot, path=stage.path, title=stage.title, parts=parts(robot)))
     say(f"recording: {file}")
-
-
-def _refuse_file(file: Path) -> None:
-    """Refuse a file that cannot be made."""
-    if file.exists() or file.is_symlink():
-        raise InputError(f"recording {file} exists, and nothing is overwritten; name another file")
-    if not file.absolute().parent.is_dir():
-        raise InputError(f"recording {file} cannot be made: {file.absolute().parent} is not a folder")
-
-
-def _wait_for(url: str) -> None:
-    """Return once the page answers."""
-    try:
-        with build_opener(ProxyHandler({})).open(url, timeout=PATIENCE) as answer:  # a proxy is elsewhere
-            answer.read(1)
-    except (URLError, OSError) as error:
-        raise FtqpError(f"the page at {url} does not answer: {error}") from error
 
 
 def _open(url: str) -> None:

@@ -135,13 +135,8 @@ def _tell_table(of: Table) -> None:
         )
     for row in of.rows:
         table.add_row(*(escape(printable(cell)) for cell in row))
-    Console(highlight=False, width=table_width()).print(table)
-
-
-def table_width() -> int:
-    """Columns that a table on stdout may take: those of the terminal, or many when it goes elsewhere."""
-    console = Console()
-    return console.width if console.is_terminal else WIDE
+    on_terminal = Console().is_terminal
+    Console(highlight=False, width=None if on_terminal else WIDE).print(table)
 
 
 @contextmanager

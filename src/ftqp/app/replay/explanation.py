@@ -8,7 +8,6 @@ from ftqp.app.output.words import fault_sentence
 from ftqp.kernel.layout.rows import TORQUE
 from ftqp.qp.adapters.registry import PREFIX
 
-FAULT_KEYS = {"kind", "joint", "at", "announced"}
 MOST_TICKS = 12
 """Ranges of ticks that are listed one by one."""
 
@@ -49,23 +48,9 @@ def replay(facts: Mapping[str, Any]) -> Shown:
         shown = ", ".join(f"{name} {_number(value, 2)}" for name, value in answer["residuals"].items())
         lines += [f"  residuals: {shown}", f"  objective: {answer['objective']:.9g}"]
     held = _answer(facts) if answer["variables"] else []
-    return [*lines, *_contradiction(answer["certificate"]), *held, *_backends(facts)]
-
-
-def _contradiction(certificate: Mapping[str, Any] | None) -> list[str]:
-    """The Farkas certificate in words."""
-    if certificate is None:
-        return []
-    named = (
-        ("task rows", certificate["rows"]),
-        ("two-sided rows", certificate["two_sided_rows"]),
-        ("bounds", certificate["bounds"]),
-    )
-    return [
-        "  these exclude each other:",
-        *(f"    {what}: {', '.join(names)}" for what, names in named if names),
-        f"  the point closest to all of them still misses a row by {certificate['violation']:.3g}",
-    ]
+    if answer["certificate"] is not None:
+        lines.append(f"  {answer['certificate']['sentence']}")
+    return [*lines, *held, *_backends(facts)]
 
 
 def _answer(facts: Mapping[str, Any]) -> Shown:
@@ -145,26 +130,15 @@ def _backends(facts: Mapping[str, Any]) -> Shown:
 
 def _run(about: Mapping[str, Any]) -> str:
     """The run in a line, as far as the recording says."""
-    words = []
-    for key, form in (
-        ("robot", "{}"),
-        ("scheme", "scheme {}"),
-        ("level", "{} level"),
-        ("task_mode", "mode {}"),
-    ):
-        if isinstance(about.get(key), str):
-            words.append(form.format(about[key]))
-    name = about["scenario"] if isinstance(about.get("scenario"), str) else "an unnamed run"
+    forms = {"robot": "{}", "scheme": "scheme {}", "level": "{} level", "task_mode": "mode {}"}
+    words = [form.format(about[key]) for key, form in forms.items() if key in about]
+    name = about.get("scenario", "an unnamed run")
     return f"{name}: {', '.join(words)}" if words else name
 
 
 def _faults(about: Mapping[str, Any], time: float) -> list[str]:
     """The faults that have happened by ``time``."""
-    listed = about.get("faults")
-    if not isinstance(listed, Sequence):
-        return []
-    known = [fault for fault in listed if isinstance(fault, Mapping) and set(fault) >= FAULT_KEYS]
-    return [f"  {fault_sentence(fault)}" for fault in known if fault["at"] <= time + 1e-9]
+    return [f"  {fault_sentence(fault)}" for fault in about.get("faults", ()) if fault["at"] <= time + 1e-9]
 
 
 def _ranges(ticks: Sequence[int]) -> str:

@@ -1,14 +1,14 @@
 """One recorded QP, solved again: what the answer is, what holds it, and which backends see it otherwise."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ftqp.control.planner.planner_view import SCALE, SLACK
-from ftqp.core.checks import FloatArray, is_number
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.kernel.layout.rows import RowKind, kind_of
 from ftqp.qp import (
@@ -40,21 +40,16 @@ class _Units:
     level: str
     dt: float
     length: float
-    prismatic: Mapping[str, bool] = field(default_factory=dict)
+    prismatic: Mapping[str, bool]
 
     @classmethod
     def of(cls, metadata: Mapping[str, Any]) -> "_Units":
         """Read what is there; a recording that is no planner's says nothing."""
-        joints, slides = metadata.get("joints"), metadata.get("prismatic")
-        prismatic: dict[str, bool] = {}
-        if isinstance(joints, list) and isinstance(slides, list):
-            prismatic = {str(joint): slide is True for joint, slide in zip(joints, slides, strict=False)}
-        level = metadata.get("level")
         return cls(
-            level=level if level in ("velocity", "acceleration") else "",
-            dt=_positive(metadata.get("dt")),
-            length=_positive(metadata.get("length")),
-            prismatic=prismatic,
+            level=metadata.get("level", ""),
+            dt=metadata.get("dt", 1.0),
+            length=metadata.get("length", 1.0),
+            prismatic=dict(zip(metadata.get("joints", ()), metadata.get("prismatic", ()), strict=False)),
         )
 
     @property
@@ -80,10 +75,6 @@ class _Units:
             return "", 1.0
         unit = kind.sliding_unit if kind.most is None and self.prismatic[joint] else kind.unit
         return unit, (self.dt if self.level == "velocity" else 1.0)
-
-
-def _positive(value: Any) -> float:
-    return float(value) if is_number(value) and value > 0 else 1.0
 
 
 class LabelledQP:

@@ -1,9 +1,8 @@
 """Runs a scenario into a folder: log, summary and figures, and says in words what happened."""
 
 import json
-import os
 from collections.abc import Callable, Iterable
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 from ftqp.app.output.console import ExitCode, json_text, progress, say
 from ftqp.app.scenario.setup import Setup
 from ftqp.core.errors import FtqpError, InputError, MissingPackage, reading
-from ftqp.qp.recording.recorded_qps import free_file
+from ftqp.core.whole_file import free_path, whole_file
 from ftqp.sim.log.description import recorded
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log, open_log
@@ -22,7 +21,7 @@ RUNS = Path("runs")
 """Where runs go unless another folder is named."""
 DRAWN = 256_000_000
 """Bytes of a log that figures show at most; of a longer one they show the end."""
-SUMMARY, SCENARIO = "summary.json", "scenario.toml"
+SUMMARY, SCENARIO, CAMPAIGN = "summary.json", "scenario.toml", "campaign.toml"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,18 +52,7 @@ def summary_with(folder: Path, names: Iterable[str]) -> dict[str, Any] | None:
 
 def free_folder(wanted: Path | None, name: str) -> Path:
     """The folder that a run may make: the one wanted, or ``runs/<name>-<time>``."""
-    folder = wanted or RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
-    try:
-        if folder.exists() or folder.is_symlink():
-            raise _exists(folder)
-        above = next(parent for parent in folder.absolute().parents if parent.exists())
-    except OSError as error:  # for example a name that is too long
-        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
-    if not above.is_dir():
-        raise InputError(f"output folder {folder} cannot be made: {above} is not a folder")
-    if not os.access(above, os.W_OK):
-        raise InputError(f"output folder {folder} cannot be made: {above} is not writable")
-    return folder
+    return free_path(wanted or RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}", "output folder")
 
 
 def holds(folder: Path, file: str) -> bool:
@@ -79,21 +67,15 @@ def make_folder(folder: Path, *, exist_ok: bool = False) -> None:
     """Make a folder and those above it."""
     try:
         folder.mkdir(parents=True, exist_ok=exist_ok)
-    except FileExistsError as error:
-        raise _exists(folder) from error
     except OSError as error:
         raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
-
-
-def _exists(folder: Path) -> InputError:
-    return InputError(f"output folder {folder} exists, and nothing is overwritten; name another one by --out")
 
 
 def free_recording(wanted: Path | None, folder: Path) -> Path | None:
     """The file that a run into ``folder`` may record its QPs in."""
     if wanted is None:
         return None
-    file = free_file(wanted)
+    file = free_path(wanted, "recording", ".npz")
     if file.absolute() in (folder.absolute(), *folder.absolute().parents):
         raise InputError(f"recording {file} and output folder {folder} are in each other's way; rename one")
     return file
@@ -136,9 +118,9 @@ def _log(setup: Setup, folder: Path) -> Path | LogParts:
 
 def _drawn(folder: Path, dt: float) -> Log:
     """What the figures show: the log, or of a long one its end."""
-    with open_log(folder) as rows:
-        most = max(1, DRAWN // (8 * len(rows.columns)))
-        last = rows.end
+    rows = open_log(folder)
+    most = max(1, DRAWN // (8 * len(rows.columns)))
+    last = rows.end
     if rows.count <= most:
         return load_log(folder)
     say(
@@ -171,14 +153,12 @@ def _record(setup: Setup, file: Path | None) -> dict[str, Any]:
 
 
 def write(path: Path, text: str) -> None:
-    """Writes a whole file or none."""
-    part = path.with_suffix(".part")
+    """Writes a whole file or none, and makes its folder."""
     try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(path) as part:
+            part.write_text(text, encoding="utf-8")
     except OSError as error:
-        with suppress(OSError):
-            part.unlink()
         raise FtqpError(f"file {path} cannot be written: {error.strerror}") from error
 
 

@@ -1,4 +1,4 @@
-"""The text of a scenario or study: found by path or name, read within limits, overridden, written as TOML."""
+"""The text of a scenario or study: found by path or name, overridden, written as TOML."""
 
 import csv
 import json
@@ -13,9 +13,6 @@ from typing import Any
 
 from ftqp.core.errors import ScenarioError
 from ftqp.model import catalog
-
-MAX_BYTES = 1_000_000
-"""Largest scenario file that is read; a real one has a few thousand bytes."""
 
 SHELVES = {"scenario": "scenarios", "study": "studies", "campaign": "campaigns"}
 """The folders of the bundled files, by what they are."""
@@ -63,14 +60,8 @@ def overridden(found: Document, overrides: Iterable[str], kind: str = "scenario"
 
 def _text(path: Path, kind: str) -> str:
     try:
-        size = path.stat().st_size
         if path.is_dir():
             raise ScenarioError(f"{path} is a folder, expected a {kind} file; name the .toml file inside it")
-        if size > MAX_BYTES:
-            raise ScenarioError(
-                f"{path} has {size / 1e6:.1f} MB, expected a {kind} of at most "
-                f"{MAX_BYTES / 1e6:.0f} MB; put waypoints into a CSV or NPZ file and name it under [path]"
-            )
         return path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
         raise ScenarioError(_not_found(path, kind)) from error

@@ -25,13 +25,6 @@ EVERY = 2**63 - 1
 """No item has a number as large as this."""
 PATIENCE = 10.0
 """A reader of another process may keep the writer waiting so long [s]."""
-MEANINGS: Final = {
-    sqlite3.SQLITE_IOERR: "the disk is full or fails",
-    sqlite3.SQLITE_CORRUPT: "the file is damaged",
-    sqlite3.SQLITE_CANTOPEN: "the disk is full, or the folder is read-only",
-    sqlite3.SQLITE_READONLY: "the file or its folder is read-only",
-}
-"""What SQLite's errors mean by their code."""
 TAKEN: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 _CLEAR = "DELETE FROM crashed WHERE item = ?"
 
@@ -128,7 +121,7 @@ class ResultsFile:
                     self._connection.executemany(statement, values)
         except sqlite3.Error as error:
             raise FtqpError(
-                f"results file {self.path} cannot be written: {reason(error)}; what was written before is "
+                f"results file {self.path} cannot be written: {error}; what was written before is "
                 f"kept, and {self.onward} goes on from there"
             ) from error
 
@@ -199,25 +192,13 @@ def _difference(facts: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     return ""
 
 
-def _code(error: Exception) -> int:
-    """SQLite's primary code of an error; 0 where it has none."""
-    return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
-
-
-def reason(error: Exception) -> str:
-    """Why a file cannot be used."""
-    said = str(getattr(error, "strerror", None) or error)
-    meaning = MEANINGS.get(_code(error))
-    return f"{said} ({meaning})" if meaning else said
-
-
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
     """Says in a sentence why a file cannot be used."""
     try:
         yield
     except (sqlite3.Error, OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} cannot be used as a results file: {reason(error)}; {REMEDY}") from error
+        raise InputError(f"{path} cannot be used as a results file: {error}; {REMEDY}") from error
 
 
 def locked(folder: Path) -> sqlite3.Connection:
@@ -227,14 +208,9 @@ def locked(folder: Path) -> sqlite3.Connection:
         lock.execute("BEGIN EXCLUSIVE")
     except sqlite3.Error as error:
         lock.close()
-        if _code(error) not in TAKEN:
+        if error.sqlite_errorcode not in TAKEN:
             raise
         raise InputError(
             f"another process writes to {folder}; wait until it has ended, or {REMEDY}"
         ) from error
     return lock
-
-
-def read_only(file: Path) -> sqlite3.Connection:
-    """A connection to a file that is only read."""
-    return sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)

@@ -197,13 +197,9 @@ def _workers(work: Work, jobs: int | None, dask: str | None) -> Workers:
     return ThisProcess(work) if jobs is None or jobs == 1 else LocalProcesses(work, jobs)
 
 
-LEFT = {LOCK_NAME, f"{LOCK_NAME}-journal"}
-"""What a study leaves that ended before it had a results file."""
-
-
 def study_folder(out: Path | None, name: str) -> Path:
-    """The folder wanted where it holds results, or nothing but the lock of a study; else as for a run."""
-    if out is not None and (holds(out, FILE_NAME) or _is_empty(out)):
+    """The folder wanted where a study has begun; else as for a run."""
+    if out is not None and (holds(out, FILE_NAME) or holds(out, LOCK_NAME)):
         return out
     return free_folder(out, name)
 
@@ -216,10 +212,3 @@ def told_how_to_go_on(folder: Path) -> Iterator[None]:
     except KeyboardInterrupt:
         say(f"what is done is kept; the same command with --out {folder} goes on from there")
         raise
-
-
-def _is_empty(folder: Path) -> bool:
-    try:
-        return {entry.name for entry in folder.iterdir()} <= LEFT
-    except OSError:
-        return False

@@ -1,6 +1,5 @@
 """Recorded QPs: a backend that keeps what it is asked, and the arrays with names and their file."""
 
-import os
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ import numpy as np
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen, positive, whole_number
 from ftqp.core.errors import InputError
 from ftqp.core.npz import read_npz, write_npz
+from ftqp.core.whole_file import free_path
 from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.adapters.registry import backend as backend_of
 from ftqp.qp.problem import ANSWER, PARTS, QP
@@ -160,7 +160,8 @@ class Recording:
         Raises:
             InputError: The file exists already or cannot be written, or the metadata are not JSON.
         """
-        file, about = free_file(path), {"variables": self.variables, "rows": self.rows, "format": FORMAT}
+        file = free_path(path, "recording", ".npz")
+        about = {"variables": self.variables, "rows": self.rows, "format": FORMAT}
         arrays = {name: getattr(self, name) for name in SHAPES}
         try:
             write_npz(file, arrays, {**about, "metadata": self.metadata})
@@ -196,19 +197,6 @@ class Recording:
             f"recording {file} has format {version!r:.20}, this ftqp reads {FORMAT}; "
             "record it again with `ftqp run --record-qps`"
         )
-
-
-def free_file(path: str | Path) -> Path:
-    """``path``, if a recording may be written there."""
-    file = Path(path)
-    if file.exists():
-        raise InputError(f"recording {file} exists, and nothing is overwritten; name another file")
-    if file.suffix != ".npz":
-        raise InputError(f"recording {str(path)!r} has to end in .npz; name it {file.stem or 'qps'}.npz")
-    above = next(parent for parent in file.absolute().parents if parent.exists())
-    if not (above.is_dir() and os.access(above, os.W_OK)):
-        raise InputError(f"recording {file} cannot be made: {above} is not a folder that can be written to")
-    return file
 
 
 MEMORY = 256 * 2**20

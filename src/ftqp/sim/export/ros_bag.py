@@ -14,7 +14,6 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.sim.log.log_rows import LogRows
-from ftqp.sim.log.signals import columns
 from ftqp.sim.log.table_files import Told, silent, whole_folder
 
 try:
@@ -97,11 +96,7 @@ def _quality(latched: bool) -> Qos:
     )
 
 
-NEEDED = dict.fromkeys(one.name.partition(".")[0] for one in columns("j", np.zeros(1, np.bool_), ""))
-"""Groups that every run has."""
 NANOSECONDS = 1_000_000_000
-LATEST = 2**31 - 1
-"""Seconds that a stamp can hold."""
 
 
 @final
@@ -111,12 +106,6 @@ class Ticks:
     def __init__(self, rows: LogRows) -> None:
         self._rows = rows
         self._groups = rows.groups()
-        missing = [name for name in NEEDED if name not in self._groups]
-        if missing:
-            raise InputError(
-                f"{rows.title} has no signals {', '.join(missing)}, expected the log of a run; write "
-                "CSV or NPZ"
-            )
         if not rows.count:
             raise InputError(f"{rows.title} has no rows yet; expected a run of at least one tick")
         self.joints = tuple(self.names("q"))
@@ -125,11 +114,6 @@ class Ticks:
     def of(self, block: FloatArray) -> Self:
         """The same, of other rows."""
         self.block = block
-        t = self["t"][:, 0]
-        if not ((t >= 0.0) & (t < LATEST)).all():
-            raise InputError(
-                f"{self._rows.title} has a time outside 0 to {LATEST} s, which no stamp can hold"
-            )
         return self
 
     def __contains__(self, group: str) -> bool:
@@ -185,8 +169,6 @@ def write_trajectory(rows: LogRows, folder: str | Path, notify: Told = silent) -
             f"{rows.title} has a position, velocity or acceleration that is not finite at tick {first}; no "
             "controller takes that"
         )
-    if (np.diff(moments) <= 0).any():
-        raise InputError(f"{rows.title} has times that do not rise, which no controller takes")
     with whole_folder(folder) as part:
         with RosBag(part, {}) as bag:
             make = bag.message

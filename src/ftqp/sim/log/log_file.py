@@ -4,7 +4,6 @@ import json
 import os
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
@@ -15,7 +14,7 @@ from ftqp.core.errors import InputError, unknown
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_rows import LogRows, RunFacts
-from ftqp.sim.log.log_writer import FILE_NAME, FIRST_TICK, FORMAT, beside, checksum, log_files
+from ftqp.sim.log.log_writer import FILE_NAME, FIRST_TICK, FORMAT, beside, log_files
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.signals import Column
 
@@ -43,24 +42,24 @@ def load_log(
     Raises:
         InputError: No such file, not a log of ftqp, an unknown signal, or more than fits into memory.
     """
-    with open_log(path) as rows:
-        places = _places(rows, signals)
-        first, last = _portion(rows, begin, end)
-        size = 8 * (last - first) * len(places)
-        if size > physical_memory():
-            raise InputError(
-                f"{rows.title} takes {size / 1e9:.1f} GB in memory, and this machine has "
-                f"{physical_memory() / 1e9:.1f} GB; load a portion of it with begin and end, some of its "
-                "signals, or one of its parts"
-            )
-        table, at = np.empty((len(places), last - first)), 0
-        for block in rows.blocks(first):
-            kept = block[: last - first - at]
-            table[:, at : at + len(kept)] = kept.T[places]
-            at += len(kept)
-            if at == last - first:
-                break
-        return Log.of_table(rows.path, table.T, [rows.columns[k] for k in places], rows.metadata)
+    rows = open_log(path)
+    places = _places(rows, signals)
+    first, last = _portion(rows, begin, end)
+    size = 8 * (last - first) * len(places)
+    if size > physical_memory():
+        raise InputError(
+            f"{rows.title} takes {size / 1e9:.1f} GB in memory, and this machine has "
+            f"{physical_memory() / 1e9:.1f} GB; load a portion of it with begin and end, some of its "
+            "signals, or one of its parts"
+        )
+    table, at = np.empty((len(places), last - first)), 0
+    for block in rows.blocks(first):
+        kept = block[: last - first - at]
+        table[:, at : at + len(kept)] = kept.T[places]
+        at += len(kept)
+        if at == last - first:
+            break
+    return Log.of_table(rows.path, table.T, [rows.columns[k] for k in places], rows.metadata)
 
 
 def _places(rows: LogRows, signals: Sequence[str] | None) -> list[int]:
@@ -97,8 +96,7 @@ def physical_memory() -> float:
         return float("inf")
 
 
-@contextmanager
-def open_log(path: str | Path) -> Iterator[LogRows]:
+def open_log(path: str | Path) -> LogRows:
     """The rows of a log, which are read block after block."""
     instance("path", path, str | Path, "the path of a log or of the folder of a run")
     given = Path(path)
@@ -109,7 +107,7 @@ def open_log(path: str | Path) -> Iterator[LogRows]:
         if folder and os.path.isfile(file.with_suffix(OLD)):
             _refuse_old(file.with_suffix(OLD))
         raise InputError(f"log {file} does not exist; expected a {FILE_NAME} or the folder of a run")
-    yield _joined(files[0] if len(files) == 1 else given, files)
+    return _joined(files[0] if len(files) == 1 else given, files)
 
 
 def _refuse_old(file: Path) -> NoReturn:
@@ -147,8 +145,6 @@ def _part(file: Path) -> tuple[RunFacts, tuple[Column, ...], FloatArray]:
         _refuse_old(file)
     try:
         about = json.loads(beside(file).read_text(encoding="utf-8"))
-        if about["checksum"] != checksum(about):
-            raise ValueError("not as ftqp wrote it")
         if about["format"] != FORMAT:
             raise InputError(
                 f"{file} has format {about['format']!r:.20}, this ftqp reads {FORMAT}; read it with the "

@@ -19,12 +19,12 @@ from io import BytesIO
 from pathlib import Path
 from re import fullmatch
 from typing import Any, Final, Self, final
-from zlib import crc32
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError
+from ftqp.core.whole_file import whole_file
 from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.signals import Column
 
@@ -39,11 +39,6 @@ FIRST_TICK: Final = "first_tick"
 def beside(file: Path) -> Path:
     """Where it is said what a table means."""
     return file.with_suffix(".json")
-
-
-def checksum(about: Mapping[str, Any]) -> int:
-    """Of what is said of a log, by which a file that was changed is known."""
-    return crc32(json.dumps({**about, "checksum": 0}, sort_keys=True).encode())
 
 
 @final
@@ -78,14 +73,11 @@ class LogWriter(RowSink):
 
     def annotate(self, metadata: Mapping[str, Any]) -> None:
         self._about["metadata"] |= metadata
-        self._about["checksum"] = checksum(self._about)
         file = beside(self.path)
-        part = file.with_suffix(".part")
         try:
-            part.write_text(json.dumps(self._about, allow_nan=False), encoding="utf-8")
-            part.replace(file)
+            with whole_file(file) as part:
+                part.write_text(json.dumps(self._about, allow_nan=False), encoding="utf-8")
         except OSError as error:
-            part.unlink(missing_ok=True)
             raise FtqpError(f"log file {file} cannot be written: {error}") from error
 
     def _header(self, count: int) -> bytes:

@@ -6,65 +6,41 @@ import os
 import shutil
 import zipfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ftqp.core.errors import InputError
+from ftqp.core.whole_file import free_path, whole_file
 from ftqp.sim.log.log_rows import LogRows
 
 
 @contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
+def new_file(path: str | Path) -> Iterator[Path]:
     """A new file: the body writes the path that it gets, and the file gets its name when it is complete."""
-    file = Path(path)
-    _refuse_existing(file, "file")
-    part = file.with_name(f".{file.name}.{os.getpid()}.part")
+    file = free_path(path, "file")
     try:
-        yield part
-        _rename(part, file)
-    except FileExistsError as error:
-        raise InputError(f"file {file} exists already; choose another name") from error
+        with whole_file(file) as part:
+            yield part
     except OSError as error:
         raise InputError(f"file {file} cannot be written: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 @contextmanager
 def whole_folder(path: str | Path) -> Iterator[Path]:
     """A new folder: the body makes the path that it gets, of the same name, which is moved when complete."""
-    folder = Path(path)
-    _refuse_existing(folder, "folder")
+    folder = free_path(path, "folder")
     part = folder.with_name(f".{folder.name}.{os.getpid()}.part")
     try:
         part.mkdir()
         yield part / folder.name
-        _refuse_existing(folder, "folder")
-        (part / folder.name).rename(folder)
+        (part / folder.name).rename(free_path(folder, "folder"))
     except OSError as error:
         raise InputError(f"folder {folder} cannot be written: {error.strerror or error}") from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
-
-
-def _refuse_existing(path: Path, kind: str) -> None:
-    if path.exists() or path.is_symlink():
-        raise InputError(f"{kind} {path} exists already; choose another name")
-
-
-def _rename(part: Path, file: Path) -> None:
-    """A second name for a complete file, which fails where the name was taken meanwhile."""
-    try:
-        os.link(part, file)
-    except FileExistsError:
-        raise
-    except OSError:  # no second names on this file system
-        _refuse_existing(file, "file")
-        part.replace(file)
 
 
 Told = Callable[[float], None]
@@ -81,7 +57,7 @@ def silent(share: float) -> None:
 
 def write_csv(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
     """All signals in a new CSV file: names in the first line, then a line a tick, with every digit."""
-    with whole_file(path) as part, part.open("x", newline="", encoding="utf-8") as file:
+    with new_file(path) as part, part.open("x", newline="", encoding="utf-8") as file:
         whole, done = rows.whole(), 0
         writer = csv.writer(file)
         writer.writerow([column.name for column in rows.columns])
@@ -100,7 +76,7 @@ def write_npz(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
     ``about`` is a JSON text of each group's names, units and sentences, and of the log's metadata.
     """
     groups = rows.groups()
-    with whole_file(path) as part, zipfile.ZipFile(part, "x", zipfile.ZIP_DEFLATED) as archive:
+    with new_file(path) as part, zipfile.ZipFile(part, "x", zipfile.ZIP_DEFLATED) as archive:
         whole = rows.whole()
         for done, (name, places) in enumerate(groups.items(), 1):
             kind = np.dtype("<i8" if all(whole[k] for k in places) else "<f8")
@@ -144,7 +120,7 @@ def write_mat(rows: LogRows, path: str | Path, notify: Told = silent) -> None:
             group: np.array([getattr(rows.columns[k], attribute) for k in places], dtype=object)
             for group, places in groups.items()
         }
-    with whole_file(path) as part:
+    with new_file(path) as part:
         whole = rows.whole()
         for done, (name, places) in enumerate(groups.items(), 1):
             kind = np.int64 if all(whole[k] for k in places) else np.float64

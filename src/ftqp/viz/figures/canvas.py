@@ -14,12 +14,12 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.core.picture import Picture
+from ftqp.core.whole_file import whole_file
 
 try:
     from matplotlib import rc_context
     from matplotlib.axes import Axes as Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure as Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D as Line2D
@@ -117,20 +117,15 @@ def few_ticks(axes: Axes, x: int = 6, y: int = 5) -> None:
 
 def save(figure: Figure, path: str | Path) -> Path:
     """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path."""
-    part, vector = Path(path).with_suffix(".part"), Path(path).suffix == ".svg"
-    canvas: Any = FigureCanvasSVG(figure) if vector else FigureCanvasAgg(figure)
+    file = Path(path)
+    vector = file.suffix == ".svg"
+    options: Any = {"metadata": NO_METADATA} if vector else {"pil_kwargs": {"compress_level": COMPRESSION}}
     try:
-        if vector:
-            with rc_context({"svg.fonttype": "none", "svg.hashsalt": "ftqp"}):
-                canvas.print_svg(part, metadata=NO_METADATA)
-        else:
-            canvas.print_png(part, pil_kwargs={"compress_level": COMPRESSION})
-        part.replace(path)
+        with whole_file(file) as part, rc_context({"svg.fonttype": "none", "svg.hashsalt": "ftqp"}):
+            figure.savefig(part, format="svg" if vector else "png", **options)
     except OSError as error:
         raise InputError(f"figure {path} cannot be written: {error.strerror}") from error
-    finally:
-        part.unlink(missing_ok=True)
-    return Path(path)
+    return file
 
 
 def picture_of(draw: Callable[[Path], Path], title: str) -> Picture:

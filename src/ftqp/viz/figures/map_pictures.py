@@ -1,4 +1,4 @@
-"""Arms that do not know of their failure: maps of what survives a lock, and ways of planar arms."""
+"""Arms that do not know of their failure: maps of what survives a lock."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,19 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREY,
-    ORANGE,
-    RED,
-    Axes,
-    Line2D,
-    few_ticks,
-    legend_below,
-    paper,
-    save,
-    tidy,
-)  # fmt: skip
+from ftqp.viz.figures.canvas import GREY, ORANGE, Axes, paper, save
 
 LETTERS = {
     "R": "share of the way on which the goal stays within reach",
@@ -108,55 +96,3 @@ def _panel(
     panel.plot(*goal, marker="*", color=ORANGE, markeredgecolor="white", markersize=12, linestyle="none")
     panel.set_aspect("equal")
     return mesh
-
-
-POSTURES = 9
-"""Of an arm on its way."""
-Motion = tuple[FloatArray, FloatArray, FloatArray]
-"""Times (k,) [s], configurations (k, n) [rad] and errors (k,) [m]."""
-
-
-def draw_motions(
-    path: str | Path, title: str, lengths: FloatArray, motions: dict[str, Motion], goal: FloatArray
-) -> Path:
-    """Draw planar arms on their ways, a panel each, and below it the error over time, to a PNG file."""
-    figure = paper(3.9 * len(motions), 6.4, title)
-    grid = figure.add_gridspec(2, len(motions), height_ratios=(2.6, 1.0))
-    reach = float(np.sum(lengths))
-    for k, (name, (t, q, errors)) in enumerate(motions.items()):
-        axes = figure.add_subplot(grid[0, k])
-        joints = _joints(lengths, q)
-        way = np.linalg.norm(np.diff(joints[:, -1], axis=0), axis=1)
-        done = np.concatenate([[0.0], np.cumsum(way)])
-        shown = np.searchsorted(done, np.linspace(0.0, done[-1], POSTURES)).clip(0, len(q) - 1)
-        for number, row in enumerate(shown):
-            share = number / (POSTURES - 1)
-            axes.plot(*joints[row].T, color=GREY, alpha=0.15 + 0.35 * share, linewidth=1.6)
-        axes.plot(*joints[0].T, color=BLUE, marker="o", markersize=3.5, linewidth=2.0)
-        axes.plot(*joints[-1].T, color=RED, marker="o", markersize=3.5, linewidth=2.0)
-        axes.plot(*joints[:, -1].T, color=ORANGE, linewidth=1.3)
-        axes.plot(*goal, marker="x", color="black", markersize=9, markeredgewidth=2.0, linestyle="none")
-        axes.set_aspect("equal")
-        axes.set_xlim(-1.05 * reach, 1.05 * reach)
-        axes.set_ylim(-1.05 * reach, 1.05 * reach)
-        tidy(axes, "x [m]", "y [m]" if k == 0 else "", name)
-        below = figure.add_subplot(grid[1, k])
-        below.plot(t, errors, color=ORANGE, linewidth=1.4)
-        below.set_ylim(0.0, 1.08 * max(float(errors.max()), 1e-9))
-        tidy(below, "time [s]", "error [m]" if k == 0 else "")
-        few_ticks(below)
-    handles = [
-        Line2D([], [], color=BLUE, marker="o", label="at the failure"),
-        Line2D([], [], color=RED, marker="o", label="in the end"),
-        Line2D([], [], color=ORANGE, label="the end effector's way"),
-        Line2D([], [], color="black", marker="x", linestyle="none", label="goal"),
-    ]
-    legend_below(figure, handles)
-    return save(figure, path)
-
-
-def _joints(lengths: FloatArray, q: FloatArray) -> FloatArray:
-    """Base, joints and tip of planar arms, (k, n + 1, 2) [m]."""
-    ends = np.cumsum(lengths * np.exp(1j * np.cumsum(q, axis=1)), axis=1)
-    points = np.concatenate([np.zeros((len(q), 1)), ends], axis=1)
-    return np.asarray(np.stack([points.real, points.imag], axis=-1))

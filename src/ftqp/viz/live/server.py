@@ -1,6 +1,5 @@
 """The server behind a page, and recordings of one that need none: the only file that imports viser."""
 
-import errno
 import logging
 import socket
 from collections.abc import Iterable, Iterator, Sequence
@@ -34,16 +33,15 @@ VERSION = str(viser.__version__)
 LOOPBACK = "127.0.0.1"
 """The address that only this machine can reach."""
 HIGHEST_PORT = 65535
-TRIES = 100
-"""Ports that are tried, from the one that was asked for."""
 
 
 def open_server(host: str = LOOPBACK, port: int = 8080) -> Any:
     """A server of pages, already listening."""
     # A browser that opens a connection and drops it is no error; websockets prints a traceback for it.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
+    _refuse_address(host, port)
     with _silent():
-        server = viser.ViserServer(host=host, port=free_port(host, port), label="ftqp", verbose=False)
+        server = viser.ViserServer(host=host, port=port, label="ftqp", verbose=False)
     server.scene.world_axes.visible = False
     _keep_private(server)
     return server
@@ -79,28 +77,17 @@ def _keep_private(server: Any) -> None:
         server._websock_server.unregister_handler(request)
 
 
-def free_port(host: str, port: int) -> int:
-    """The first free port from ``port`` on, or 0 for 0."""
+def _refuse_address(host: str, port: int) -> None:
+    """Refuse where nobody can listen; of a port in use viser takes the next free one."""
     if not 0 <= port <= HIGHEST_PORT:
         raise InputError(f"port is {port}, expected 0 to {HIGHEST_PORT}; 0 takes any free one")
-    last = min(port + TRIES, HIGHEST_PORT + 1)
-    for candidate in range(port, last):
-        try:
-            families = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)
-            with socket.socket(families[0][0], socket.SOCK_STREAM) as trial:
-                trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-                trial.bind(families[0][4])
-            return candidate
-        except OSError as error:
-            reason = error
-            if isinstance(error, socket.gaierror) or error.errno != errno.EADDRINUSE:
-                break
-    if isinstance(reason, socket.gaierror) or reason.errno != errno.EADDRINUSE:
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        socket.create_server((host, 0), family=family).close()
+    except OSError as error:
         raise InputError(
-            f"cannot listen at {host!r}, port {candidate} ({reason.strerror}); "
-            f"--host {LOOPBACK} serves this machine only, and ports below 1024 may be reserved"
-        )
-    raise InputError(f"ports {port} to {last - 1} of {host} are all in use; give a free one with --port")
+            f"cannot listen at {host!r} ({error.strerror}); --host {LOOPBACK} serves this machine only"
+        ) from error
 
 
 @contextmanager

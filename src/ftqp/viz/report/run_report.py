@@ -17,70 +17,20 @@ from ftqp.viz.figures.events import length
 from ftqp.viz.figures.run_figures import drawings_of
 from ftqp.viz.pages.page import drawing, folded, heading, paragraph, table
 
-KEPT: Final = 1e-9
-"""A limit exceeded by less than this was kept; less is rounding [SI units]."""
 UNKNOWN: Final = "-"
 Facts = Mapping[str, Any]
 
 
 def numbers(facts: Mapping[str, Facts], logs: Mapping[str, Log]) -> str:
-    """The table."""
+    """The table of what the sentences of the runs leave out, and of errors, side by side."""
     rows = [(what, *(value(facts[label], logs[label]) for label in facts)) for what, value in _VALUES.items()]
-    rows += _further(facts)
     shown = [row for row in rows if any(cell != UNKNOWN for cell in row[1:])]
     return table("Numbers", ("", *facts), shown, numbers=tuple(facts))
-
-
-def _further(facts: Mapping[str, Facts]) -> list[tuple[str, ...]]:
-    """Rows of the soft tasks and the kept points of all runs."""
-    tasks = dict.fromkeys(name for run in facts.values() for name in run.get("tasks", {}))
-    kept = {
-        name: one.get("shape", "plane")
-        for run in facts.values()
-        for name, one in run.get("constraints", {}).items()
-    }
-    rows = [
-        (f"{name}: {what}", *(_error(run.get("tasks", {}).get(name), key) for run in facts.values()))
-        for name in tasks
-        for what, key in (("error at the end", "final_error"), ("largest error", "max_error"))
-    ]
-    return rows + [
-        (
-            f"{name}: smallest {'angle to' if shape == 'cone' else 'distance from'} its {shape}",
-            *(_distance(run.get("constraints", {}).get(name)) for run in facts.values()),
-        )
-        for name, shape in kept.items()
-    ]
-
-
-def _error(task: Mapping[str, Any] | None, key: str) -> str:
-    if task is None or task[key] is None:
-        return UNKNOWN
-    return length(task[key]) if task["unit"] == "m" else f"{task[key]:.3g} {task['unit'] or ''}".rstrip()
-
-
-def _distance(kept: Mapping[str, Any] | None) -> str:
-    if kept is None or kept["min_distance"] is None:
-        return UNKNOWN
-    nearest = kept["min_distance"]
-    unit = kept.get("unit", "rad" if kept.get("shape") == "cone" else "m")
-    away = f"{abs(nearest):.3g} {unit}"
-    if unit in ("m", "rad"):
-        away = length(abs(nearest)) if unit == "m" else f"{np.degrees(abs(nearest)):.2g} deg"
-    return away if nearest >= 0.0 else f"{away} beyond it"
 
 
 def _length(name: str) -> Callable[[Facts, Log], str]:
     def value(facts: Facts, log: Log) -> str:
         return UNKNOWN if facts[name] is None else length(facts[name])
-
-    return value
-
-
-def _excess(name: str, unit: str) -> Callable[[Facts, Log], str]:
-    def value(facts: Facts, log: Log) -> str:
-        beyond = facts["max_limit_violation"].get(name)
-        return UNKNOWN if beyond is None else "kept" if beyond <= KEPT else f"exceeded by {beyond:.2g} {unit}"
 
     return value
 
@@ -137,10 +87,6 @@ _VALUES: Final[dict[str, Callable[[Facts, Log], str]]] = {
     "largest distance from the target": _length("max_position_error"),
     "the same, root of the mean square": _length("rms_position_error"),
     "largest angle to the target": _angle,
-    "limits of position": _excess("q", "rad or m"),
-    "limits of velocity": _excess("v", "rad/s or m/s"),
-    "limits of acceleration": _excess("a", "rad/s2 or m/s2"),
-    "limits of torque": _excess("tau", "N m or N"),
     "most of its speed that a working joint used": _share("v", "v_max"),
     "most of its torque that a working joint used": _share("tau", "tau_max"),
     "how far a failed joint moved": _moved,
