@@ -131,6 +131,7 @@ def test_energy_is_the_potential_energy_lost_on_the_way_to_the_stop(name):
 
 BENT = [(0.2, 0.9), (0.8, 1.6), (0.8, 1.6)]
 BOTH_SIDES = [(-0.317, 0.317), (-1.943, 1.943), (-1.943, 1.943)]
+ONE_SIDE = [(-0.2, 0.2), (0.9, 1.5), (-1.4, 1.0)]
 
 
 def within_reach(lengths, joint, value, z):
@@ -155,6 +156,44 @@ def tolerates(lengths, limits, z, values=201):
     return found
 
 
+def reached(lengths, limits, z, values=401):
+    """Whether points are reached within the limits: joint 1 at many values, two links in closed form."""
+    (a, b, c), found = lengths, np.zeros(len(z), bool)
+
+    def inside(angle, ends):
+        middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
+        return np.abs(np.angle(np.exp(1j * (angle - middle)))) <= half
+
+    for value in np.linspace(*limits[0], values):
+        w = z * np.exp(-1j * value) - a
+        cosine = (np.abs(w) ** 2 - b * b - c * c) / (2.0 * b * c)
+        for third in (np.arccos(np.clip(cosine, -1, 1)), -np.arccos(np.clip(cosine, -1, 1))):
+            second = np.angle(w / (b + c * np.exp(1j * third)))
+            found |= (np.abs(cosine) <= 1.0) & inside(second, limits[1]) & inside(third, limits[2])
+    return found
+
+
+@pytest.mark.parametrize(
+    ("lengths", "limits"),
+    [((1, 1, 1), BENT), ((1, 1, 1), BOTH_SIDES), ((1.2, 0.9, 0.8), ONE_SIDE)],
+)
+def test_area_of_a_planar_arm_is_that_of_points_in_closed_form(lengths, limits):
+    report = tolerant_workspace(links(*lengths), limits, poses=1)
+    random, whole = np.random.default_rng(4), sum(lengths)
+    z = random.uniform(-whole, whole, (8000, 2)) @ np.array([1.0, 1.0j])
+    before = reached(lengths, limits, z)
+    tolerant = before & tolerates(lengths, limits, z).all(axis=1)
+    for area, counted in ((report.area, tolerant), (report.reach, before)):
+        share = counted.mean()
+        error = 4 * whole**2 * np.sqrt(share * (1.0 - share) / len(z))
+        assert error < area and abs(area - 4 * whole**2 * share) < 3.0 * error
+
+
+def test_elbows_that_may_bend_both_ways_leave_more_to_unit_links_than_those_that_may_not():
+    assert tolerant_workspace(UNIT, BENT, poses=1).area < 1.3
+    assert 3.55 < tolerant_workspace(UNIT, BOTH_SIDES, poses=1).area < 3.57
+
+
 @pytest.mark.parametrize("limits", [BENT, BOTH_SIDES])
 def test_poses_are_kept_where_closed_forms_say_so_at_every_value(limits):
     report = tolerant_workspace(UNIT, limits, poses=40, seed=2)
@@ -177,6 +216,7 @@ def test_a_panda_in_a_narrow_range_keeps_poses_that_another_way_of_solving_reach
             assert reachable_after(panda, pose, {joint: value}, "pose")
             asked += 1
     assert asked > 10 and report.by_joint["panda_joint4"] < 0.2 < report.by_joint["panda_joint1"]
+    assert np.isnan(report.area)
 
 
 def test_without_artificial_limits_any_lock_of_a_whole_range_loses_poses():

@@ -1,12 +1,15 @@
 """Where an arm can work so that every place stays within reach whichever joint locks."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, final
+from itertools import pairwise
+from typing import Any, NamedTuple, final
 
 import numpy as np
+from scipy.integrate import quad
 from scipy.stats import binomtest
 
-from ftqp.analysis.circular_intervals import TURN, CircularIntervals
+from ftqp.analysis.circular_intervals import TURN, WHOLE, CircularIntervals
 from ftqp.analysis.goals import GoalStudy, goal_study, random_postures
 from ftqp.analysis.manifolds.joint_ranges import ranges_of
 from ftqp.core.checks import BoolArray, FloatArray, frozen, instance, whole_number
@@ -25,6 +28,9 @@ class TolerantWorkspace:
         q_max: The upper one, (nv,) [rad or m].
         poses: Poses of random postures within the artificial limits, (P, 4, 4).
         kept: Whether each stays within reach wherever joint i locks within its limits, (P, nv).
+        area: The size of the failure-tolerant workspace, exact up to quadrature, of a planar arm whose three
+            joints turn without limits of their own, where x and y count; else nan [m2].
+        reach: Of the same arm, the area within reach before a failure; else nan [m2].
     """
 
     joints: tuple[str, ...]
@@ -32,6 +38,8 @@ class TolerantWorkspace:
     q_max: FloatArray
     poses: FloatArray
     kept: BoolArray
+    area: float
+    reach: float
 
     @property
     def tolerant(self) -> BoolArray:
@@ -90,6 +98,8 @@ def tolerant_workspace(
             f"{robot.name} has {robot.nv} joints and the task {study.m} rows, so that no lock is survived; "
             "expected more joints than rows"
         )
+    arm = _planar(study)
+    area, reach = (np.nan, np.nan) if arm is None else arm.areas(np.stack([low, high], axis=1))
     kept = [_kept(goal_study(robot, pose, list(study.rows)), low, high) for pose in found]
     return TolerantWorkspace(
         joints=robot.joints,
@@ -97,6 +107,8 @@ def tolerant_workspace(
         q_max=frozen(high),
         poses=frozen(found),
         kept=frozen(np.array(kept)),
+        area=area,
+        reach=reach,
     )
 
 
@@ -147,3 +159,123 @@ def _covers(values: CircularIntervals, low: float, high: float) -> bool:
         if abs(away) + half <= 0.5 * (end - begin) + NEARLY:
             return True
     return False
+
+
+class _Planar(NamedTuple):
+    """The lengths of a planar arm whose three joints turn without limits [m]."""
+
+    l1: float
+    l2: float
+    l3: float
+
+    def areas(self, limits: FloatArray) -> tuple[float, float]:
+        """The failure-tolerant area and that before a failure, r |Phi(r)| integrated over r."""
+        limits = np.where(np.diff(limits, axis=1) < TURN, limits, WHOLE)
+        (least, most), whole = self._radii(limits), sum(self)
+        tolerant = _integral(lambda r: (self._before(r, limits) & self._after(r, limits)).size, least, most)
+        return tolerant, _integral(lambda r: self._before(r, limits).size, 0.0, whole)
+
+    def _radii(self, limits: FloatArray) -> tuple[float, float]:
+        """Between which distances from the base the tip stays within reach wherever joint 2 or 3 locks."""
+        l1, l2, l3 = self
+        least, most = 0.0, np.inf
+        for (low, high), a, b, rest in ((limits[1], l1, l2, l3), (limits[2], l2, l3, l1)):
+            bends = np.array([low, high, *_between(low, high, 0.0), *_between(low, high, np.pi)])
+            d = np.sqrt(np.maximum(a * a + b * b + 2.0 * a * b * np.cos(bends), 0.0))
+            least, most = max(least, float(np.abs(d - rest).max())), min(most, float(d.min() + rest))
+        return least, most
+
+    def _after(self, r: float, limits: FloatArray) -> CircularIntervals:
+        """Directions of the tip at a distance that stay within reach wherever joint 1 locks."""
+        l1, l2, l3 = self
+        low, high = limits[0]
+        if abs(r - l1) > l2 + l3 or r + l1 < abs(l2 - l3):
+            return CircularIntervals.of([])
+        far, near = _angle(r, l1, l2 + l3), _angle(r, l1, abs(l2 - l3))
+        if far == np.pi:  # an arc that goes round behind the base
+            arcs = [WHOLE] if near == 0.0 else [(high + near, low + TURN - near)]
+        elif near == 0.0:
+            arcs = [(high - far, low + far)]
+        else:
+            arcs = [(high + near, low + far), (high - far, low - near)]
+        return CircularIntervals.of([arc for arc in arcs if arc[0] <= arc[1]])
+
+    def _before(self, r: float, limits: FloatArray) -> CircularIntervals:
+        """Directions in which the tip comes to a distance with all joints within the artificial limits."""
+        l1, l2, l3 = self
+        (a1, b1), (a2, b2), (a3, b3) = limits
+        second = CircularIntervals.of([(a2, b2)])
+        cuts = [a3, b3, *_between(a3, b3, 0.0), *_between(a3, b3, np.pi)]
+        for far in (abs(r - l1), r + l1):
+            cuts += _either(a3, b3, np.pi - _bend(l2, l3, far), 0.0)
+        for bend in (a2, b2):
+            place = l1 + l2 * np.exp(1j * bend)
+            cuts += _either(a3, b3, np.pi - _bend(abs(place), l3, r), float(np.angle(place)) - bend)
+        cuts = sorted(cuts)
+        found = []
+        for begin, end in pairwise(cuts):
+            middle = l2 + l3 * np.exp(0.5j * (begin + end))
+            bent = np.pi - _bend(l1, abs(middle), r)
+            for side in (1.0, -1.0):
+                if np.isnan(bent) or not second.contains(side * bent - float(np.angle(middle))):
+                    continue
+                turns = [side * _angle(r, l1, abs(l2 + l3 * np.exp(1j * at))) for at in (begin, end)]
+                found.append((a1 + min(turns), b1 + max(turns)))
+        return CircularIntervals.of(found)
+
+
+def _bend(a: float, b: float, opposite: float) -> float:
+    """The angle between two sides of a triangle [rad]; nan without one."""
+    if a * b == 0.0:
+        return np.nan
+    cosine = (a * a + b * b - opposite * opposite) / (2.0 * a * b)
+    return float(np.arccos(cosine)) if abs(cosine) <= 1.0 else np.nan
+
+
+def _angle(a: float, b: float, opposite: float) -> float:
+    """The same, 0 or pi where there is no triangle."""
+    return float(np.arccos(np.clip((a * a + b * b - opposite * opposite) / (2.0 * a * b), -1.0, 1.0)))
+
+
+def _between(low: float, high: float, angle: float) -> list[float]:
+    """An angle with whole turns, as often as it is between two values."""
+    if np.isnan(angle):
+        return []
+    first = int(np.ceil((low - angle) / TURN))
+    return [angle + TURN * k for k in range(first, int(np.floor((high - angle) / TURN)) + 1)]
+
+
+def _either(low: float, high: float, angle: float, offset: float) -> list[float]:
+    """The same of both signs of an angle, about an offset."""
+    return [*_between(low, high, offset + angle), *_between(low, high, offset - angle)]
+
+
+def _integral(size: Callable[[float], float], least: float, most: float) -> float:
+    """The area between two radii at which so much of each circle belongs to it."""
+    if not least < most:
+        return 0.0
+    cuts = np.linspace(least, most, PARTS + 1)
+    return float(sum(quad(lambda r: r * size(r), a, b, epsabs=1e-7, limit=50)[0] for a, b in pairwise(cuts)))
+
+
+PARTS = 8
+"""The radius is parted so often, for the quadrature not to miss a narrow band."""
+
+
+def _planar(study: GoalStudy) -> _Planar | None:
+    """The lengths of a planar arm with three joints without limits where x and y count, else None."""
+    chain, robot = study.robot.chain, study.robot
+    if robot.nv != 3 or set(study.rows) != {"x", "y"} or not study.turning.all():
+        return None
+    axes = [np.eye(3)]
+    for rotation in chain.rotation:
+        axes.append(axes[-1] @ rotation)
+    if any(abs(abs(axis[2, 2]) - 1.0) > NEARLY for axis in axes):
+        return None
+    if any(axis[2, 2] < 0.0 for axis in axes):
+        return None
+    places = [*chain.translation[1:], chain.tip_translation]
+    lengths = [float(np.linalg.norm(place[:2])) for place in places]
+    at = [float(np.arctan2(place[1], place[0])) for place in places]
+    straight = max(abs(angle) for angle in at) < NEARLY
+    return _Planar(*lengths) if straight and min(lengths) > 0.0 else None
