@@ -133,10 +133,7 @@ def _brake_joint(W: Any, i: int, share: float) -> float:
 
 @rare_jit
 def _brake(K: Any, W: Any, n: int) -> None:
-    """Every joint comes to rest soonest; all at the same time beside one that has failed and brakes.
-
-    So they stay near the way that they were on.
-    """
+    """Every joint comes to rest soonest; all at once, near their way, beside one that brakes."""
     W.duration, brakes = 0.0, False
     for i in range(n):
         W.way[i] = 0.0
@@ -185,10 +182,7 @@ def _effort(K: Any, A: Any, W: Any) -> float:
 
 @rare_jit
 def _end_sooner(K: Any, A: Any, W: Any) -> bool:
-    """Let the ways end at the last place up to which motors hold the arm; False where they do all the way.
-
-    Motors that cannot hold it where the motion begins count as strong enough for what they need there.
-    """
+    """Let the ways end at the last place up to which motors hold the arm; False where they do all the way."""
     n, least = K.chain.n, STRONG
     for k in range(PLACES):
         look_up(W, n, W.duration * k / (PLACES - 1))
