@@ -33,7 +33,6 @@ from bench.tables import Table
 from scipy.optimize import minimize
 
 import ftqp
-from ftqp.sim.log.raw_rows import RawLayout
 
 ROBOTS = ("iiwa14", "modular11", "panda", "planar(4)", "planar6", "puma560", "srs7", "xarm7", "zhang7")
 TARGETS = ("in reach", "out 2 cm", "out 4 cm", "out 30 cm", "base axis", "wrist alignment")
@@ -168,12 +167,12 @@ def _goal(drawn: Case, start: Any, rng: np.random.Generator) -> Any:
 
 
 def targets_of(drawn: Case, rng: np.random.Generator) -> tuple[Any, Any]:
-    """Start and packed targets: a quintic straight way for MOVES, then rest."""
+    """Start and targets: a quintic straight way for MOVES, then rest."""
     start = _start(drawn, rng)
     goal = _goal(drawn, start, rng)
     path = ftqp.paths.PointToPoint(arm(drawn.robot).pose(start), goal, duration=MOVES)
     sample = path.sample(DT * np.arange(round((MOVES + RESTS) / DT)))
-    return start, ftqp.Targets(sample.pose, sample.twist, sample.acceleration).packed
+    return start, ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
 
 
 def planner_of(drawn: Case, calm: bool) -> ftqp.Planner:
@@ -207,25 +206,20 @@ def run(drawn: Case, rng: np.random.Generator, calm: bool = True) -> Seen:
     start, targets = targets_of(drawn, rng)
     planner = planner_of(drawn, calm)
     robot = planner.robot
-    layout = RawLayout(robot.nv)
-    rows = np.zeros((len(targets), layout.width))
-    blocks = planner.blocks()
-    assert blocks is not None
     planner.reset(start)
-    q, v = start.copy(), np.zeros(robot.nv)
-    fails = round(drawn.at / DT) if drawn.fault >= 0 else 0
-    for begin, end in ((0, fails), (fails, len(targets))):
-        if drawn.fault >= 0 and begin == fails:
+    q, v, rows = start.copy(), np.zeros(robot.nv), []
+    for k in range(len(targets)):
+        if drawn.fault >= 0 and k == round(drawn.at / DT):
             planner.report(ftqp.Locked(drawn.fault))
-        if end > begin:
-            blocks.run(q, v, targets[begin:end], rows[begin:end], layout.places())
-            q, v = blocks.q.copy(), blocks.v.copy()
-    f = layout.fields
+        step = planner.step(q, v, targets.at(k))
+        rows.append((q, v, step.a.copy(), step.position_error, step.rotation_error))
+        q, v = step.q.copy(), step.v.copy()
+    places, speeds, accelerations, position, rotation = map(np.array, zip(*rows, strict=True))
     healthy = [i for i in range(robot.nv) if i != drawn.fault]
-    speed = np.abs(rows[:, f["v"]])[:, healthy] / robot.limits.v_max[healthy]
-    effort = np.abs(rows[:, f["a"]])[:, healthy] / robot.limits.a_max[healthy]
-    errors = np.hypot(rows[:, f["position_error"]], robot.length * rows[:, f["rotation_error"]]).ravel()
-    way = np.abs(rows[-1, f["q"]] - rows[round((MOVES + 2.0) / DT), f["q"]])[healthy]
+    speed = np.abs(speeds)[:, healthy] / robot.limits.v_max[healthy]
+    effort = np.abs(accelerations)[:, healthy] / robot.limits.a_max[healthy]
+    errors = np.hypot(position, robot.length * rotation)
+    way = np.abs(places[-1] - places[round((MOVES + 2.0) / DT)])[healthy]
     return Seen(
         speed=speed.max(axis=1),
         effort=effort.max(axis=1),

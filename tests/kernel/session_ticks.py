@@ -63,7 +63,6 @@ class Ticks:
         reserve = braking_reserve(robot) if torque_limits else None
         share = 1.0 if reserve is None else reserve.shares(limits.a_max[:n], limits.tau_max[:n])[0]
         limits.a_brake[:n] = share * limits.a_max[:n]
-        self.rich = bool(K.criteria.manipulability != 0.0 or K.turned.factor > 0.0)
         self.step: Any = None
 
     def reset(self, q: Any, v: Any = None) -> None:
@@ -80,7 +79,7 @@ class Ticks:
     def tick(self, q: Any, v: Any, target: Any) -> int:
         """One tick from (q, v): the status."""
         if self.step is None:
-            self.step = self.session.bind("step_rich" if self.rich else "step")
+            self.step = self.session.bind("step")
         return int(self.step(q, v, target.packed, target.row))
 
 

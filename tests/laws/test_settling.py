@@ -8,7 +8,6 @@ import pytest
 from tests.going import started
 
 import ftqp
-from ftqp.sim.log.raw_rows import RawLayout
 
 DT = 0.002
 MODES = ["slack", "hard", "scaled", "lexicographic"]
@@ -16,23 +15,24 @@ UP = (0.0, 0.0, 1.0)
 
 
 class Run:
-    """Blocks of one planner in closed loop, everything of which is kept."""
+    """Ticks of one planner in closed loop, and what is kept of them."""
 
     def __init__(self, robot, start, level="acceleration", dt=DT, **task):
         self.planner = ftqp.Planner(robot, dt, level=level, task=ftqp.Task(**task), emergency=None)
-        self.robot, self.dt, self.layout = robot, dt, RawLayout(robot.nv)
+        self.robot, self.dt = robot, dt
         self.q, self.v = np.array(start, dtype=float), np.zeros(robot.nv)
-        self.rows = np.zeros((0, self.layout.width))
+        self.rows = {name: [] for name in ("q", "v", "a", "slack", "status", "position_error")}
         self.planner.reset(self.q)
-        self.blocks = self.planner.blocks()
 
     def along(self, sample):
         """Follow the samples of a path."""
-        targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration).packed
-        rows = np.zeros((len(targets), self.layout.width))
-        assert self.blocks.run(self.q, self.v, targets, rows, self.layout.places()) == len(targets)
-        self.q, self.v = self.blocks.q.copy(), self.blocks.v.copy()
-        self.rows = np.concatenate([self.rows, rows])
+        targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
+        for k in range(len(targets)):
+            step = self.planner.step(self.q, self.v, targets.at(k))
+            kept = self.q, self.v, step.a.copy(), step.slack.copy(), step.status, step.position_error
+            for rows, value in zip(self.rows.values(), kept, strict=True):
+                rows.append(value)
+            self.q, self.v = step.q.copy(), step.v.copy()
         return self
 
     def to(self, pose, seconds, moves=2.0):
@@ -41,8 +41,8 @@ class Run:
         return self.along(path.sample(self.dt * np.arange(round(seconds / self.dt))))
 
     def of(self, name, since=0.0):
-        """A field of the rows, from a time on."""
-        return self.rows[round(since / self.dt) :, self.layout.fields[name]]
+        """What was kept, from a time on."""
+        return np.array(self.rows[name][round(since / self.dt) :])
 
     def rests(self, since):
         """Whether from that time on every joint is slow, and none at its acceleration limit."""
@@ -56,7 +56,7 @@ class Run:
 
     @property
     def error(self):
-        return float(self.of("position_error")[-1, 0])
+        return float(self.rows["position_error"][-1])
 
 
 def moved(robot, q, way=(0.0, 0.0, 0.0), place=None):

@@ -133,7 +133,7 @@ def test_a_load_moves_the_centre_of_mass_that_is_measured():
     assert before < 1e-12 < 1e-2 < measures.at(PANDA.neutral)[at]
 
 
-def test_log_has_names_units_and_the_same_numbers_tick_by_tick_and_in_blocks():
+def test_log_has_names_units_and_the_same_numbers_with_sensors_and_without():
     fast = run(planner()).log
     slow = run(planner(), sensors=JointSensors(PANDA, DT)).log
     for log in (fast, slow):

@@ -11,15 +11,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ftqp.core import clock
 from ftqp.kernel.compiled.library import BUILDING as COMPILED
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 BAD_BUFFER = -1
 """The object is no readable C-contiguous buffer of float64 in this machine's byte order."""
-CALL_FAILED = -1_000
-"""The Python function raised or gave no whole number; the error is forgotten."""
 
 if COMPILED:
     from numba import carray, types
@@ -30,8 +27,6 @@ if COMPILED:
     from ftqp.kernel.compiled.making.helper import helper
 
     take = ExternalFunction("ftqp_take", int64(int64, int64, int64, int64, int64))
-    tick_of = ExternalFunction("ftqp_tick_of", int64(int64, int64, int64, int64, int64))
-    nanoseconds = ExternalFunction("ftqp_nanoseconds", int64())
 
     @intrinsic  # type: ignore[untyped-decorator]
     def pointer(context: Any, address: Any) -> Any:
@@ -89,17 +84,6 @@ else:
             ctypes.memmove(into, view.tobytes()[8 * first :], 8 * min(found, count))
             return found
 
-    def tick_of(function: Any, q: Any, v: Any, targets: Any, row: int) -> int:
-        """The status that a Python function gives for (q, v, targets, row); CALL_FAILED when it raises."""
-        try:
-            return int(function(q, v, targets, row))
-        except Exception:  # as in compiled code: the caller repeats the call to see the error
-            return CALL_FAILED
-
-    def nanoseconds() -> int:
-        """A clock that only goes forward [ns]."""
-        return clock.now()
-
     def jit(function: F) -> F:
         """The function as it is."""
         return function
@@ -107,6 +91,6 @@ else:
     exact_jit = long_jit = part_jit = rare_jit = jit
 
 __all__ = [
-    "BAD_BUFFER", "CALL_FAILED", "COMPILED", "carray", "exact_jit", "jit", "long_jit", "nanoseconds",
-    "part_jit", "pointer", "rare_jit", "take", "tick_of",
+    "BAD_BUFFER", "COMPILED", "carray", "exact_jit", "jit", "long_jit", "part_jit", "pointer", "rare_jit",
+    "take",
 ]  # fmt: skip

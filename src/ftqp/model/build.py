@@ -113,17 +113,7 @@ class Arm:
 def neutral_posture(
     arms: Sequence[Arm], wanted: Any, named: Mapping[str, Mapping[str, float]]
 ) -> tuple[FloatArray, list[Finding]]:
-    """The neutral configuration, (nv,) [rad or m], and what there is to say about it.
-
-    In this order: what the user gives; a posture of the model by one of ``NAMES``, unless it is singular;
-    zero, or the middle of the range where zero is not well inside, if that is regular and can be held; the
-    best of ``CANDIDATES`` postures round the middle, by ``Arm.merit``, with every joint back at its simple
-    position that may be. The candidates are a fixed sequence: the same arm starts at the same posture. Of
-    several arms on one body each is searched in turn, and joints that an arm before has placed stay.
-
-    ``arms`` are one a tip, of one model; ``wanted`` is (nv,) positions, the name of a posture or None, and
-    ``named`` has the postures of the model by name, positions by joint.
-    """
+    """The neutral configuration, (nv,), as ``Robot.from_pinocchio`` has it, and what is to be said of it."""
     arm = arms[0]
     if isinstance(wanted, str):
         if not named:

@@ -112,11 +112,7 @@ def limbs_of(parent: IntArray, tip_joint: int) -> list[list[int]]:
 
 
 def chain_of(model: Any, tip: str, *others: str, followers: Mapping[str, Follower] | None = None) -> Chain:
-    """The constants of a pinocchio model, all its joints included, with the frame ``tip``.
-
-    Joints on the way to no tip must be held already (``reduction.reduced``). ``others`` are the robot's
-    further tips, which joints have to move, too; ``followers`` are the joints that follow others.
-    """
+    """The constants of a pinocchio model, all its joints included, with the frame ``tip`` and others."""
     frame = model.frames[frame_id(model, tip)]
     ids = range(1, model.njoints)
     findings = [reason for i in ids if (reason := unsupported(model.joints[i], model.names[i]))]

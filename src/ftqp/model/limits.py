@@ -147,11 +147,7 @@ def one_each(name: str, value: Any, count: int) -> FloatArray:
 
 
 def within_branch(robot: Any, limits: Mapping[str | int, Any]) -> Any:
-    """The robot with some joints kept in a range inside their own.
-
-    An elbow that has to stay bent one way gets its singular angle plus a margin as one end. ``limits`` are by
-    name or 0-based index (low, high) [rad or m]; -inf and inf keep the joint's own end.
-    """
+    """The robot with some joints kept in a range inside their own, (low, high) by name or index."""
     instance("branch_limits", limits, Mapping, "joints with their (low, high), {joint: (low, high)}")
     low, high = robot.limits.q_min.copy(), robot.limits.q_max.copy()
     for joint, ends in limits.items():

@@ -172,12 +172,7 @@ def graft(
     names: Mapping[str, str] | None = None,
     order: Sequence[int] = (),
 ) -> None:
-    """Adds the joints, bodies and frames of another pinocchio model behind a joint, 0 is the base.
-
-    What stands still in the other model moves with that joint. Limits, which pinocchio refuses where they are
-    NaN or crossed, are not copied. Joints and frames are called as before, or as ``names`` has them, and
-    joints come in their order, or in that of ``order``, parents first.
-    """
+    """Adds the joints, bodies and frames of another pinocchio model behind a joint, 0 is the base."""
     base, number, at = pin.SE3(np.asarray(place)), {0: parent}, {0: _joint_frame(model, parent)}
     before, named, order = model.nv, names or {}, order or range(1, other.njoints)
     if other.inertias[0].mass:

@@ -130,7 +130,7 @@ class SolveStatus(Enum):
 class Residuals:
     """How far a point is from solving a QP, in the QP's units; inf with NaN.
 
-    ``ftqp.kernel.judge.solution_check.kkt_residuals`` has the formulas.
+    ``ftqp.qp.solving.residuals`` has the formulas.
 
     Attributes:
         primal: The largest of |Ax - b| and the violations of l <= Cx <= u and lb <= x <= ub.

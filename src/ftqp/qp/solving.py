@@ -1,6 +1,7 @@
 """One QP, one call: solve it with any backend and check the answer."""
 
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +9,9 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.workspace import kkt
 from ftqp.qp.adapters.backend import Backend, Claim, QPBuffers
 from ftqp.qp.adapters.registry import backend as backend_of
-from ftqp.qp.problem import IN_ONE_PIECE, PARTS, QP, Certificate, Residuals, Solution, SolveStatus
+from ftqp.qp.problem import PARTS, QP, Certificate, Residuals, Solution, SolveStatus
 
 ACCEPTANCE = 1e-6
 """Largest residual that counts as solved, relative to 1 + the size of what is compared (see ``scales``)."""
@@ -29,7 +29,16 @@ RAY_TOLERANCE = 1e-9
 def residuals(
     problem: QP | QPBuffers, x: FloatArray, y: FloatArray, z: FloatArray, z_box: FloatArray
 ) -> Residuals:
-    """The KKT residuals of (x, y, z, z_box); the formula is in ``ftqp.kernel.judge.solution_check``.
+    """The KKT residuals of (x, y, z, z_box).
+
+        primal          max(|Ax - b|, violation of l <= Cx <= u and of lb <= x <= ub)
+        dual            max |Hx + g + A'y + C'z + z_box|
+        complementarity max of min(z+, |u - Cx|), min(z-, |Cx - l|), and of the box
+        gap             |x'Hx + g'x + b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb)|
+
+    Signs: L = 1/2 x'Hx + g'x + y'(Ax - b) + z'Cx + z_box'x, so z > 0 at an upper bound. The smaller of a
+    multiplier and a distance, not their product, is 0 exactly at complementary pairs, and cannot hide a large
+    multiplier behind a tiny distance; at an infinite bound it is the multiplier, which the gap leaves out.
 
     Args:
         problem: The QP.
@@ -40,11 +49,23 @@ def residuals(
 
     Returns:
         Primal, dual, complementarity and gap, infinite where NaN is involved.
+
+    Source: Boyd and Vandenberghe 2004, section 5.5.3; the natural residual of complementarity.
     """
-    flat = np.concatenate([np.ravel(getattr(problem, part)) for part in IN_ONE_PIECE])
-    found = kkt(flat, np.concatenate([x, z_box, y, z]), problem.n, problem.m, problem.p)
-    primal, dual, complementarity, gap = (float(value) for value in found)
-    return Residuals(primal=primal, dual=dual, complementarity=complementarity, gap=gap)
+    q = problem
+    with np.errstate(invalid="ignore", over="ignore"):
+        values, multipliers = np.concatenate([x, q.C @ x]), np.concatenate([z_box, z])
+        low, high = np.concatenate([q.lb, q.l]), np.concatenate([q.ub, q.u])
+        bounds = np.where(multipliers > 0.0, high, low)
+        force = q.H @ x + q.g
+        found = {
+            "primal": np.concatenate([abs(q.A @ x - q.b), low - values, values - high]),
+            "dual": abs(force + q.A.T @ y + q.C.T @ z + z_box),
+            "complementarity": np.minimum(abs(multipliers), abs(bounds - values)),
+            "gap": abs(x @ force + q.b @ y + np.where(np.isinf(bounds), 0.0, multipliers * bounds).sum()),
+        }
+        largest = {name: np.max(terms, initial=0.0) for name, terms in found.items()}
+    return Residuals(**{name: inf if np.isnan(value) else float(value) for name, value in largest.items()})
 
 
 def accepted(

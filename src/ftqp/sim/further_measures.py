@@ -139,10 +139,6 @@ class FurtherMeasures:
                 found[task.name] = place
         return found
 
-    def along(self, q: FloatArray) -> FloatArray:
-        """The numbers at many postures with the targets as they are now, (K, count)."""
-        return np.array([self.at(one) for one in q]).reshape(len(q), len(self))
-
 
 def _met(planner: Planner) -> list[str]:
     """What an arm keeps clear of and can meet, in the order of the scene, itself last."""

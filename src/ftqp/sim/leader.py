@@ -10,7 +10,7 @@ from ftqp.control.following.path_follower import PathFollower, PathStatus
 from ftqp.control.paths import Path, mean_acceleration
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.target import Target, Targets
+from ftqp.control.planner.target import Target
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray
 from ftqp.sim.base.moving_world import MovingWorld
@@ -92,16 +92,6 @@ class ClockTargets:
         at = k - self._first
         self.target.at(self._pose[at], self._twist[at], self._acceleration[at])
         self.progress = min(k * self._dt, self._path.duration)
-
-    def packed(self, k: int, count: int) -> tuple[FloatArray, FloatArray]:
-        """Targets of the ticks from k on that are sampled, at most ``count``, (K, 29), and their times."""
-        if not self._first <= k < self._first + SAMPLED:
-            self._sample(k)
-        at = k - self._first
-        end = min(at + count, len(self._pose))
-        targets = Targets(self._pose[at:end], self._twist[at:end], self._acceleration[at:end])
-        times = np.minimum(np.arange(k, k + end - at) * self._dt, self._path.duration)
-        return targets.packed, times
 
     def _sample(self, first: int) -> None:
         """Poses, twists and accelerations of the next ticks."""

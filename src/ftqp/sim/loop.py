@@ -1,6 +1,5 @@
 """The simulation loop: truth, target, planner, log and plant in the order in which they happen."""
 
-from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
@@ -16,20 +15,18 @@ from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.core import clock
-from ftqp.core.checks import BoolArray, FloatArray, IntArray, instance, positive
+from ftqp.core.checks import FloatArray, IntArray, instance, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.core.picture import Picture
 from ftqp.core.small_picture import html_table
 from ftqp.faults.kinds import SWINGS, FreeSwinging
 from ftqp.sim.base.moving_world import MovingWorld
-from ftqp.sim.leader import ClockLeader, Leader, LedArm, leader_along
+from ftqp.sim.leader import LedArm, leader_along
 from ftqp.sim.log.description import description
 from ftqp.sim.log.log_arrays import Log, MemoryRows
 from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.log_writer import LogParts, LogWriter, PartedLog
 from ftqp.sim.log.metrics import STOP_CODES, TalliedRows
-from ftqp.sim.log.raw_rows import BLOCK, RawLayout
-from ftqp.sim.log.signals import PATH_CODES
 from ftqp.sim.log.tick_recorder import TickRecorder, signals_of
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
@@ -37,70 +34,6 @@ from ftqp.sim.schedule import Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
 
 _NONE: IntArray = np.zeros(0, dtype=np.int64)
-
-
-@dataclass(frozen=True, slots=True)
-class _Ended:
-    """Where a block left the arm, each (nv,); that arm has neither motors nor brakes."""
-
-    q: FloatArray
-    v: FloatArray
-    tau: FloatArray
-    brakes: BoolArray
-
-
-@final
-class BlockRunner:
-    """Makes many ticks at once, with the same commands and the same rows as one by one."""
-
-    def __init__(
-        self,
-        planner: Planner,
-        leader: Leader,
-        plant: Plant,
-        recorder: TickRecorder | None,
-        *,
-        measured: bool = False,
-    ) -> None:
-        self._planner, self._plant, self._recorder = planner, plant, recorder
-        self._leader = leader if isinstance(leader, ClockLeader) and leader.world is None else None
-        # A planner of another class may do something in every step.
-        possible = type(planner) is Planner and self._leader is not None and isinstance(plant, KinematicPlant)
-        possible = possible and not measured
-        self._blocks = planner.blocks() if possible else None
-        self._torques = np.full(planner.robot.nv, np.nan)
-        self._brakes = np.zeros(planner.robot.nv, dtype=np.bool_)
-        layout = RawLayout(planner.robot.nv) if recorder is None else recorder.layout
-        self._fields, self._places = layout.fields, layout.places()
-        self._rows = len(planner.task_rows) if possible else 0
-        self._scratch = np.empty((BLOCK, layout.width)) if recorder is None and self._blocks else None
-
-    def run(self, k: int, end: int) -> IntArray:
-        """Codes of the statuses of the ticks made, from k on and before ``end``; none where a loop has to."""
-        leader, blocks, plant, recorder = self._leader, self._blocks, self._plant, self._recorder
-        none = _NONE
-        if leader is None or blocks is None or not isinstance(plant, KinematicPlant):
-            return none
-        believed = self._planner.faults
-        if not plant.obeys(believed) or any(isinstance(f, FreeSwinging) for f in believed.values()):
-            return none
-        rows = recorder.free if recorder is not None else self._scratch
-        assert rows is not None
-        targets, times = leader.targets.packed(k, min(end - k, len(rows)))
-        done = blocks.run(plant.q, plant.v, targets, rows, self._places)
-        if done == 0:
-            return none
-        kept, f = rows[:done], self._fields
-        kept[:, f["t"]] = (np.arange(k, k + done) * self._planner.dt)[:, None]
-        kept[:, f["target"]], kept[:, f["velocity"]] = targets[:done, :12], targets[:done, 16:19]
-        kept[:, f["progress"]] = times[:done, None]
-        kept[:, f["path_status"]] = PATH_CODES[None]
-        codes: IntArray = kept[:, f["status"]][:, 0].astype(np.int64)
-        plant.advance(_Ended(blocks.q, blocks.v, self._torques, self._brakes))
-        leader.aim(k + done - 1, plant.q)
-        if recorder is not None:
-            recorder.keep(done, self._rows)
-        return codes
 
 
 FEED_FORWARDS = ("sampled", "mean")
@@ -400,8 +333,6 @@ class Simulation:
         done, stopped_at, code = 0, None, None
         said_last = clock.now()
         interrupted = False
-        runner = BlockRunner(planner, leader, plant, recorder, measured=self._sensors is not None)
-        events = sorted({*failing, *announced, self._last + 1})
         try:
             while done <= self._last:
                 k = done
@@ -411,18 +342,10 @@ class Simulation:
                         recorder.fail(event.fault)
                 for event in announced.get(k, ()):
                     planner.report(event.fault)
-                codes = runner.run(k, events[bisect_right(events, k)])
-                if len(codes):
-                    code, done = int(codes[-1]), k + len(codes)
-                    counts += np.bincount(codes, minlength=len(counts))
-                    given_up = _STOPS[codes]
-                    if stopped_at is None and given_up.any():
-                        stopped_at = (k + int(np.argmax(given_up))) * dt
-                else:
-                    code, done = self._tick(k, recorder), k + 1
-                    counts[code] += 1
-                    if stopped_at is None and _STOPS[code]:
-                        stopped_at = k * dt
+                code, done = self._tick(k, recorder), k + 1
+                counts[code] += 1
+                if stopped_at is None and _STOPS[code]:
+                    stopped_at = k * dt
                 if self._progress is not None and clock.now() - said_last > PROGRESS_PERIOD:
                     said_last = clock.now()
                     self._progress(done, self._last + 1)

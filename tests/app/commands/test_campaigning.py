@@ -12,7 +12,7 @@ from ftqp.app.campaign import episode_study
 from ftqp.app.commands.viewing import shown
 from ftqp.app.run import runs
 from ftqp.model import catalog
-from ftqp.sim import loop
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.session.session_arms import Choice
 
 STUDY = """
@@ -159,17 +159,17 @@ def test_campaign_that_contradicts_itself_is_refused_before_anything_is_made(
 
 
 def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp_path, monkeypatch):
-    drawn, calls = loop.BlockRunner.run, []
+    drawn, calls = KinematicPlant.advance, []
 
-    def run(self, *arguments):
+    def advance(self, *arguments):
         calls.append(self)
-        if len(calls) == 9:
+        if len(calls) == 200:
             signal.raise_signal(signal.SIGINT)
         return drawn(self, *arguments)
 
     ignored = signal.signal(signal.SIGINT, signal.default_int_handler)  # pytest-xdist ignores Ctrl-C
     with monkeypatch.context() as patched:
-        patched.setattr(loop.BlockRunner, "run", run)
+        patched.setattr(KinematicPlant, "advance", advance)
         code, _, errors = campaign(study, "--out", tmp_path / "c", "--jobs", 1)
     signal.signal(signal.SIGINT, ignored)
     assert code == 130 and "interrupted" in errors

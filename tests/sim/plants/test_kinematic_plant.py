@@ -223,7 +223,7 @@ def test_joint_that_locks_before_its_limit_brakes_as_an_informed_planner_believe
 
 
 def test_locked_joint_stays_where_it_is_while_its_command_is_elsewhere(panda):
-    # blocks of ticks take the arm to be where it was sent, and a planner told late sends it elsewhere
+    # a planner that is told late sends it elsewhere meanwhile
     planner = Planner(panda, 0.01, level="velocity")
     schedule = Schedule([FaultEvent(0.3, Locked(3, mode="instant"), announced=0.45)])
     path = Circle(panda.pose(panda.neutral), 0.1, duration=1.0)

@@ -3,7 +3,7 @@
 import logging
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from operator import index
 from typing import Any, final
 
@@ -13,7 +13,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
-from ftqp.core.checks import FULL_TURN, FloatArray, IntArray, instance
+from ftqp.core.checks import FULL_TURN, FloatArray, IntArray, instance, whole_number
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import fault_record, weakens
 from ftqp.faults.kinds import KINDS, Fault
@@ -228,29 +228,15 @@ def rollout(
             ticks,
         )
     workers = thread_count() if threads is None else whole("threads", threads)
-    result = _empty(starts, speeds, ticks, step)
-    batch = Batch(
-        q=result.q, v=result.v, targets=targets.packed, faults=own.faults, events=own.events,
-        starts=own.starts, every=step, position_error=result.position_error,
-        rotation_error=result.rotation_error, clearance=result.clearance, counts=result.counts,
-        first_bad=result.first_bad, trace=result.trace,
-    )  # fmt: skip
+    batch = Batch.begun(
+        starts, speeds, targets.packed, step, faults=own.faults, events=own.events, starts=own.starts
+    )
     say = None if progress is None else lambda count: progress(count, arms)
     setup = what_ifs.session, what_ifs.commands, what_ifs.samples
     drive(*setup, batch, threads=workers, progress=say)
     finite = np.isfinite(starts).all(axis=1) & np.isfinite(speeds).all(axis=1)
-    result.q[~finite] = result.v[~finite] = np.nan
-    return result
-
-
-def _empty(q: FloatArray, v: FloatArray, ticks: int, every: int) -> Rollout:
-    arms, n = q.shape
-    return Rollout(
-        q=q.copy(), v=v.copy(), position_error=np.zeros(arms), rotation_error=np.zeros(arms),
-        clearance=np.full(arms, np.inf), counts=np.zeros((arms, len(StepStatus)), dtype=np.int64),
-        first_bad=np.full(arms, -1, dtype=np.int64),
-        trace=np.zeros((arms, ticks // every if every else 0, n)),
-    )  # fmt: skip
+    batch.q[~finite] = batch.v[~finite] = np.nan
+    return Rollout(**{field.name: getattr(batch, field.name) for field in fields(Rollout)})
 
 
 def _starts(planner: Planner, q: Any, v: Any, faults: Any) -> tuple[FloatArray, FloatArray]:
@@ -291,8 +277,7 @@ def _numbers(name: str, value: Any) -> FloatArray:
 
 
 def whole(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise InputError(f"{name} is {value!r:.40}, expected a whole number from 1")
+    whole_number(name, value, 1)
     return int(value)
 
 

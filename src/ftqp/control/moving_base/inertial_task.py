@@ -13,7 +13,7 @@ from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.compatibility import refuse
-from ftqp.core.checks import FloatArray, instance, positive, seen
+from ftqp.core.checks import FloatArray, instance, positive, seen, sized
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
@@ -258,10 +258,10 @@ class InertialTask:
         if tip is not None:
             has = self._take_tip(tip)
         if base is not None:
-            _copy("base", base, state.given)
+            state.given[:] = sized("base", getattr(base, "homogeneous", base), (4, 4))
             has |= HAS_BASE
         if base_twist is not None:
-            _copy("base_twist", base_twist, state.rate)
+            state.rate[:] = sized("base_twist", base_twist, (6,))
             has |= HAS_TWIST
         state.has = has
         return self._lead.step(q, v, (target.packed, target.row), None, None)
@@ -269,7 +269,7 @@ class InertialTask:
     def _take_tip(self, tip: Any) -> int:
         place = self._state.tip_world
         if np.shape(tip) != (3,):
-            _copy("tip", tip, place)
+            place[:] = sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
             return HAS_TIP
         if self._lead.uses_rotation:
             raise InputError("tip is a position, (3,), but the task has rotation rows; give its pose, (4, 4)")
@@ -278,14 +278,3 @@ class InertialTask:
 
     def __repr__(self) -> str:
         return f"InertialTask({self._planner.robot.name}, {self.status.name}, gain={self.gain:g})"
-
-
-def _copy(name: str, value: Any, place: FloatArray) -> None:
-    """``value`` into ``place``, of the same shape; NaN passes."""
-    given = getattr(value, "homogeneous", value)
-    if np.shape(given) != place.shape:
-        raise InputError(f"{name} has shape {np.shape(given)}, expected {place.shape}")
-    try:
-        place[...] = given
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error

@@ -123,11 +123,7 @@ class ArmLoop:
         return self._commands.resume()
 
     def find_overload(self, i: int, K: Any, commands: PlannerCommands) -> None:
-        """Joint i cannot hold the arm with the torque that it has left: its brake is asked for, and a stop.
-
-        A planner that never stops of its own accord only asks. One that can hold the arm goes on. ``K`` and
-        ``commands`` are those of a draft.
-        """
+        """Ask for the brake of joint i where it cannot hold the arm any more, and stop; in a draft, ``K``."""
         if commands.hold_up(i) and K.watch.reason == StopReason.OVERLOAD:
             self._named = i
 

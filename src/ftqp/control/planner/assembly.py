@@ -7,8 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, Noise
-from ftqp.control.drive.loop_record import fill_loop
-from ftqp.control.drive.servo_prior import FALSE_ALARMS
+from ftqp.control.drive.servo_prior import FALSE_ALARMS, fill_loop
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.collision_model import CollisionModel, clearance_rows
 from ftqp.control.planner.constraint_list import Constraints, row_names
@@ -141,7 +140,6 @@ def _orders_of(session: Session, arm: ArmSession, given: Settings, solver: Solve
         "dynamic": int(given.dynamic),
         "on_demand": int(given.on_demand),
         "external": int(K.cascade.external),
-        "rich": int(solver.rich),
         "may_swing": int(
             robot.has_inertia and robot.is_serial and not robot.chain.floating and solver.has_qp
         ),
@@ -165,10 +163,7 @@ class Deployable:
 
 @final
 class Assembly:
-    """A planner's record and parts, each with a public interface of its own.
-
-    ``tick`` is led by the clock, and ``fast`` is the same where nothing else takes part in it.
-    """
+    """A planner's record and parts; ``fast`` is the tick of the clock where nothing else takes part in it."""
 
     def __init__(
         self,
@@ -259,11 +254,6 @@ class Assembly:
     def asking(self) -> tuple[str, ...]:
         """Tasks and constraints that ask a Python function in every tick."""
         return self.tasks.asking + self.constraints.asking
-
-    @property
-    def is_compiled(self) -> bool:
-        """Whether Python has no part in a tick."""
-        return self.solver.is_compiled and not self.given.timing and not self.asking
 
     def kept_clear(self) -> CollisionModel:
         """What the planner keeps clear of; InputError where it is nothing."""

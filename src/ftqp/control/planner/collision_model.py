@@ -40,12 +40,7 @@ Changes = list[tuple[Any, Any]]
 
 @final
 class CollisionModel:
-    """The part of a planner that knows where bodies are, and what is called what.
-
-    A change is worked out on a copy of the record, and then written by one compiled call. What Python knows
-    of it is looked up by a number that the same call writes: whatever exception comes, and wherever, all is
-    as before or all is as after.
-    """
+    """The part of a planner that knows where bodies are; each change is written by one compiled call."""
 
     def __init__(self, session: Session, robot: Robot, scene: Scene | None, clearance: Clearance) -> None:
         self.scene, self.clearance = Scene() if scene is None else scene, clearance

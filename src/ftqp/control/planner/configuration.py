@@ -145,10 +145,7 @@ def write_call(changes: Sequence[tuple[Any, Any]]) -> Call:
 
 @final
 class CurrentConfiguration:
-    """The configuration that a planner's record was written with, and what puts another one in its place.
-
-    ``lead`` takes the tick that steps may call at once, or None: a step has to ask this object first.
-    """
+    """The configuration that a planner's record was written with, and what puts another in its place."""
 
     def __init__(self, parts: Assembly, lead: Callable[[Tick | None], None]) -> None:
         self._parts, self._lead, robot = parts, lead, parts.given.robot

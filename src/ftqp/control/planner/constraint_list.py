@@ -149,11 +149,7 @@ class Kept(NamedTuple):
 
 @final
 class Constraints(Mapping[str, Kept]):
-    """The constraints of a planner by name.
-
-    Raises:
-        InputError: An unknown frame, one that does not move, the name of a joint, or a function that fails.
-    """
+    """The constraints of a planner by name."""
 
     def __init__(
         self, session: Session, robot: Robot, constraints: Sequence[Constraint], stop: Callable[[str], object]

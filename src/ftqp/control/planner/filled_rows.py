@@ -64,11 +64,7 @@ class Filled(NamedTuple):
 
 @final
 class FilledRows:
-    """Asks the user's functions for their rows; those of one that fails are empty in that tick.
-
-    Each is tried at rest at ``neutral`` when a planner is made. In every tick ``tell`` hears what is wrong
-    with one, by its name, or nothing.
-    """
+    """Asks the user's functions for their rows; those of one that fails are empty in that tick."""
 
     __slots__ = ("_all", "_seen", "_slow", "_tell")
 

@@ -22,10 +22,8 @@ from ftqp.control.planner.target import Target, Targets
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.clock import now
 from ftqp.core.pose import rotation_exp, rotation_vector
-from ftqp.kernel.entry.session import Memory, Session
-from ftqp.kernel.layout.enums import BRAKING, HEALTHY, LAGGING, LOCKED, NEWS, OK, RELAXED, TARGET_POSE
-from ftqp.kernel.layout.thresholds import STILL_SAMPLES
-from ftqp.model.robot import Robot
+from ftqp.kernel.entry.session import Memory
+from ftqp.kernel.layout.enums import HEALTHY, LAGGING, NEWS, OK, RELAXED, TARGET_POSE
 
 
 def with_error_to(K: Any, said: StepHeader, step: Step, meant: FloatArray) -> Step:
@@ -99,10 +97,7 @@ class Ticks:
 
 @final
 class Lead:
-    """Ticks of one planner that somebody else leads: nothing of the planner is changed by them but its state.
-
-    ``make`` is as ``Ticks.make``; ``meant`` is where the tip is meant to be meanwhile, (4, 4), None as led.
-    """
+    """Ticks of one planner that somebody else leads, the tip ``meant`` to be somewhere, or as led."""
 
     def __init__(
         self, make: Callable[..., Step], parts: Assembly, leader: Memory, meant: FloatArray | None
@@ -151,60 +146,3 @@ class Lead:
         m, n = int(K.task.m), int(K.chain.n)
         components = K.task.rows[:m].copy()
         return components, K.task.row_scale[components].copy(), K.qp.A[:m, :n].copy()
-
-
-@final
-class Blocks:
-    """Ticks of one planner led by the clock, run in compiled code; each is what ``Planner.step`` does."""
-
-    def __init__(self, session: Session, tick: Tick, robot: Robot) -> None:
-        n = robot.nv
-        self._K = session.K
-        self._state = np.zeros(2 * n)
-        self._q, self._v = self._state[:n], self._state[n:]
-        self._tick, self._inertia = tick, int(robot.has_inertia)
-        self._block = session.bind("block")
-
-    @property
-    def q(self) -> FloatArray:
-        """Joint positions after the last block, (nv,) [rad or m]; belongs to this object."""
-        return self._q
-
-    @property
-    def v(self) -> FloatArray:
-        """Joint velocities after the last block, (nv,) [rad/s or m/s]; belongs to this object."""
-        return self._v
-
-    def run(
-        self, q: FloatArray, v: FloatArray, targets: FloatArray, rows: FloatArray, places: IntArray
-    ) -> int:
-        """Make a tick for each target: how many were made, fewer where a step would have raised.
-
-        None is made while the planner takes a failed joint to be elsewhere than it is, or does not know yet
-        that it stands: that joint does not follow its command.
-        """
-        if self._K.faults.working < len(q) and not self._is_settled():
-            return 0
-        self._q[:], self._v[:] = q, v
-        packed = np.ascontiguousarray(targets)
-        return self._block(
-            self._tick,
-            self._q,
-            self._v,
-            packed,
-            self._state.ctypes.data,
-            0,
-            len(packed),
-            self._inertia,
-            rows.ctypes.data,
-            rows.shape[1],
-            places.ctypes.data,
-        )
-
-    def _is_settled(self) -> bool:
-        """Whether the planner's failed joints are where they are measured, and known to stand if locked."""
-        feedback, code = self._K.feedback, self._K.faults.code
-        if not feedback.active:
-            return True
-        known = np.all(feedback.still[code == LOCKED] >= STILL_SAMPLES) and not np.any(code == BRAKING)
-        return bool(feedback.exact and known)

@@ -26,10 +26,7 @@ SEED = 20170511
 
 @final
 class MountedRobot:
-    """A bare robot and what is mounted on it; it never changes, another one takes its place.
-
-    ``place`` is the controlled point in the frame of the bare robot's tip, (4, 4), None that tip.
-    """
+    """A bare robot with its load and, at ``place`` in its tip's frame, (4, 4), its tool; it never changes."""
 
     __slots__ = ("bare", "load", "payload", "place", "robot")
 

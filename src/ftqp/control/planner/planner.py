@@ -11,7 +11,7 @@ from ftqp.control.inverse_kinematics.motion_validity import MotionValidity
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.assembly import Assembly, Deployable
 from ftqp.control.planner.configuration import Configuration, CurrentConfiguration
-from ftqp.control.planner.lead import Blocks, Lead, Ticks
+from ftqp.control.planner.lead import Lead, Ticks
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.planner_view import PlannerView, planner_html
 from ftqp.control.planner.rollout_setup import RolloutSetup
@@ -579,14 +579,6 @@ class Planner:
             InputError: They do not go together.
         """
         return Lead(self._led, self._parts, leader, meant)
-
-    def blocks(self) -> Blocks | None:
-        """The planner's ticks in closed loop without Python between them, for simulations.
-
-        None where a foreign solver or a clock takes part in every tick.
-        """
-        self._configuration.apply()
-        return Blocks(self._session, self._parts.tick, self.robot) if self._parts.is_compiled else None
 
     @guarded("step")
     def _led(self, *given: Any, **more: Any) -> Step:

@@ -41,10 +41,7 @@ class JointState(NamedTuple):
 
 
 class BelievedLimits(NamedTuple):
-    """Limits as believed now, (nv,) each; ``a`` is the deceleration that braking may count on.
-
-    ``tau`` is that of the motors, infinite where the planner minds none.
-    """
+    """Limits as believed now, (nv,) each; ``a`` is what braking may count on."""
 
     q_min: FloatArray
     q_max: FloatArray

@@ -53,10 +53,7 @@ def closed_form_memory(resolver: Resolver, robot: Robot, session: Session) -> Me
 
 
 def wrist_height(robot: Robot) -> float:
-    """Where the wrist centre lies on the axis of the last joint but one, from that joint's origin [m].
-
-    The last axis must meet the middle one there, and the first one, too: then they meet at every posture.
-    """
+    """Where the wrist centre lies on the axis of the last joint but one, from its origin [m]."""
     robot.refuse_tree("approximate_pseudoinverse needs")
     chain = robot.chain
     reason = ""
@@ -117,8 +114,6 @@ class Solver:
     ) -> None:
         self._session = session
         K = session.K
-        # whether a tick has directional damping or a gradient of the manipulability
-        self.rich = bool(K.criteria.manipulability != 0.0 or K.turned.factor > 0.0)
         self._cold = True
         self._backend: Backend | None = None
         self._memory: tuple[Any, ...] = ()
@@ -189,9 +184,7 @@ class Solver:
     def _entry(self, leader: str) -> str:
         if self._family != "step" and leader != "joints":
             return f"{self._family}_{leader}"
-        if leader != CLOCK:
-            return f"step_{leader}"
-        return "step_rich" if self.rich else "step"
+        return "step" if leader == CLOCK else f"step_{leader}"
 
     def _solved(self, finish: Tick) -> int:
         """The second half of a tick: the external solver runs, its answer becomes the command."""

@@ -24,7 +24,7 @@ from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
 from ftqp.control.planner.response.detector import Detector
 from ftqp.control.planner.target import Target
 from ftqp.control.planner.task_list import split
-from ftqp.control.planner.ways.n_minus_one import NMinusOne, refuse_led
+from ftqp.control.planner.ways.n_minus_one import NMinusOne
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.task import bounds as bound_conversions
 from ftqp.control.task import schemes
@@ -52,30 +52,24 @@ SHORTEST = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """The arguments of a ``Planner`` in force, by their names there, and what follows from them.
-
-    ``robot`` is the arm within its branch, ``tasks`` are those beside that of the tip, ``target``
-    is the tip's where its task was given with one, ``solver`` the foreign backend (None is the kernel's own),
-    ``criterion`` the scheme's objective at this level; torque limits are rows of the QP where
-    ``limits_torque``.
-    """
+    """The arguments of a ``Planner`` in force, by their names there, and what follows from them."""
 
     robot: Robot
     dt: float
     level: str
     task: Task
-    tasks: tuple[SoftTask, ...]
-    target: Target | None
+    tasks: tuple[SoftTask, ...]  # Beside that of the tip
+    target: Target | None  # Of the tip, where its task was given with one
     constraints: tuple[Constraint, ...]
     scheme: Scheme | Resolver
-    criterion: Any
+    criterion: Any  # The scheme's objective at this level
     bounds: Bounds
     emergency: EmergencyStop | None
     drive: Drive
     noise: Noise
     posture: FloatArray | None
-    solver: Backend | None
-    limits_torque: bool
+    solver: Backend | None  # None is the kernel's own
+    limits_torque: bool  # Whether torque limits are rows of the QP
     plan: LeadingPlan | None
     detector: Detector | bool | None
     scene: Scene | None
@@ -232,11 +226,8 @@ def planner_settings(
         raise InputError(
             f"scheme {made.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp"
         )
-    if plan is not None:
-        _refuse_plan(made, criterion, posture)
     refuse_without_effect(asked, robot, torque_limits)
-    if n_minus_one is not None:
-        refuse_led(n_minus_one, criterion, made.name, plan)
+    _refuse_led(made.name, criterion, posture, plan, n_minus_one)
     return Settings(
         robot=robot, dt=dt, level=level, task=task, tasks=soft, target=target, constraints=asked,
         scheme=made, criterion=criterion, bounds=intervals, emergency=emergency, drive=taken, noise=noise,
@@ -246,15 +237,25 @@ def planner_settings(
     )  # fmt: skip
 
 
-def _refuse_plan(scheme: Scheme | Resolver, criterion: Any, posture: FloatArray | None) -> None:
-    """Refuse what a plan cannot lead."""
-    if not getattr(criterion, "norm_q", 0.0) > 0.0:
+def _refuse_led(
+    scheme: str, criterion: Any, posture: FloatArray | None, plan: Any, n_minus_one: NMinusOne | None
+) -> None:
+    """Refuse a null space that cannot be led, or that two would lead."""
+    n_minus_one_leads = n_minus_one is not None and n_minus_one.leads
+    if plan is not None and n_minus_one_leads:
         raise InputError(
-            f"scheme {scheme.name!r} leads to no posture, so that a plan has no effect on it; use rmp, dlsm "
-            "or a mix with one of them"
+            "plan and n_minus_one both lead the null space; take NMinusOne(leads=False) with the plan"
         )
-    if posture is not None:
+    if plan is not None and posture is not None:
         raise InputError("posture and plan both say where the null space leads; leave one of them out")
+    if (plan is not None or n_minus_one_leads) and not getattr(criterion, "norm_q", 0.0) > 0.0:
+        leader, instead = "a plan", ""
+        if n_minus_one_leads:
+            leader, instead = "n_minus_one", ", or NMinusOne(leads=False)"
+        raise InputError(
+            f"scheme {scheme!r} leads to no posture, so that {leader} has no effect on it; use rmp, dlsm "
+            f"or a mix with one of them{instead}"
+        )
 
 
 EXAMPLE = 'ftqp.robots.load("panda")'

@@ -157,11 +157,7 @@ def in_milliseconds(robot: Robot, speed: float, dead_man: float) -> str:
 
 @final
 class Rest:
-    """Says when the arm begins and ends to hold, and when rows of its task go and come back, once each.
-
-    Attributes:
-        held: Whether the arm held when this was last asked.
-    """
+    """Says when the arm begins and ends to hold, and when rows of its task go and come back, once each."""
 
     def __init__(self, session: Session, sets: Sequence[str], robot: Robot) -> None:
         self._robot, self._K = robot, session.K

@@ -369,10 +369,10 @@ class Step:
         parts, n = self._parts, len(self._joints)
         if self._session is None:
             return parts["jacobian"]
-        K = self._session.K
-        A: FloatArray = K.qp.A[: int(K.task.m), :n] / K.task.length
-        if K.turned.on:
-            A = K.turned.U[: len(A), : len(A)] @ A
+        field = self._session.field
+        A: FloatArray = field("qp", "A")[: int(parts["m"][0]), :n] / field("task", "length")
+        if field("turned", "on")[0]:
+            A = field("turned", "U")[: len(A), : len(A)] @ A
         A[:, parts["code"] != HEALTHY] = 0.0
         return A
 

@@ -139,12 +139,7 @@ def target_of_tip(value: Any) -> Any:
 
 @final
 class TaskList(Mapping[str, RunningTask]):
-    """The further tasks of a planner by name.
-
-    Raises:
-        InputError: An unknown frame or joint, gains too high for dt, a name that occurs twice, or a centre of
-            mass of an arm without masses.
-    """
+    """The further tasks of a planner by name."""
 
     def __init__(
         self,

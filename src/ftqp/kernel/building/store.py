@@ -236,10 +236,7 @@ def compiled(
     wanted: Sequence[EntryPoint], target: Target, store: Store, jobs: int, joints: int = JOINTS,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[dict[Unit, str], int]:  # fmt: skip
-    """Keys of all units that the wanted entry points need, every one compiled, and how many were just now.
-
-    ``progress`` hears how many are there and how many are known so far; each names further ones.
-    """
+    """Keys of all units that the wanted entry points need, every one compiled, and how many were just now."""
     patch_numba()
     keys: dict[Unit, str] = {}
     running: dict[Future[list[Part]], Unit] = {}

@@ -135,10 +135,7 @@ def _brake_joint(W: Any, i: int, share: float) -> float:
 
 @rare_jit
 def _brake(K: Any, W: Any, n: int, together: bool) -> None:
-    """Every joint comes to rest soonest; or all at the same time, with one that has failed and brakes.
-
-    So they stay near the way that they were on.
-    """
+    """Every joint comes to rest soonest; or all at once, near their way, with one that has failed and brakes."""
     W.duration = 0.0
     for i in range(n):
         W.way[i] = 0.0
@@ -188,10 +185,7 @@ def _effort(K: Any, A: Any, W: Any) -> float:
 
 @rare_jit
 def _end_sooner(K: Any, A: Any, W: Any) -> bool:
-    """Let the ways end at the last place up to which motors hold the arm; False where they do all the way.
-
-    Motors that cannot hold it where the motion begins count as strong enough for what they need there.
-    """
+    """Let the ways end at the last place up to which motors hold the arm; False where they do all the way."""
     n, least = K.chain.n, STRONG
     for k in range(PLACES):
         look_up(W, n, W.duration * k / (PLACES - 1))

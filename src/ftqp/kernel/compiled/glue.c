@@ -1,9 +1,8 @@
-/* What compiled formulas need of Python: the numbers of arrays, a call back, a clock, and to be called.
+/* What compiled formulas need of Python: the numbers of arrays, and to be called.
  *
  * The prototypes are those of CPython's stable ABI (3.11), so that no header of a Python is needed to build. */
 #include <stdint.h>
 #include <string.h>
-#include <time.h>
 
 typedef intptr_t ssize;
 typedef struct Object { ssize references; struct Object *type; } Object;
@@ -17,14 +16,13 @@ typedef struct { Object head; char *data; int nd; ssize *shape, *strides; Object
 extern Object *PyExc_TypeError, *PyExc_RuntimeError;
 int PyObject_GetBuffer(Object *, Buffer *, int);
 void PyBuffer_Release(Buffer *);
-void PyErr_Clear(void), PyEval_RestoreThread(void *), Py_DecRef(Object *);
+void PyErr_Clear(void), PyEval_RestoreThread(void *);
 Object *PyErr_Occurred(void), *PyErr_Format(Object *, const char *, ...), *PyLong_FromLongLong(long long);
-Object *PyObject_Vectorcall(Object *, Object *const *, size_t, Object *);
 long long PyLong_AsLongLong(Object *);
 char *PyBytes_AsString(Object *);
 void *PyEval_SaveThread(void);
 
-enum { BAD_BUFFER = -1, CALL_FAILED = -1000, CONTIGUOUS = 1, C_CONTIGUOUS_WITH_FORMAT = 0x38 | 0x04, MOST = 64 };
+enum { BAD_BUFFER = -1, CONTIGUOUS = 1, C_CONTIGUOUS_WITH_FORMAT = 0x38 | 0x04, MOST = 64 };
 
 static Object *ndarray, *float64;
 
@@ -62,23 +60,6 @@ int64_t ftqp_take(int64_t source, int64_t first, int64_t into, int64_t count, in
     if (is_float64(&view)) found = copied(view.buf, view.shape, view.ndim, first, into, count, dimensions);
     PyBuffer_Release(&view);
     return found;
-}
-
-/* The status that a Python function gives for (q, v, targets, row). */
-int64_t ftqp_tick_of(int64_t function, int64_t q, int64_t v, int64_t targets, int64_t row) {
-    Object *number = PyLong_FromLongLong(row), *given[] = {(Object *)q, (Object *)v, (Object *)targets, number};
-    Object *answer = number ? PyObject_Vectorcall((Object *)function, given, 4, 0) : 0;
-    int64_t status = answer ? PyLong_AsLongLong(answer) : CALL_FAILED;
-    if (PyErr_Occurred()) status = CALL_FAILED, PyErr_Clear();
-    if (answer) Py_DecRef(answer);
-    if (number) Py_DecRef(number);
-    return status;
-}
-
-/* A clock that only goes forward [ns]. */
-int64_t ftqp_nanoseconds(void) {
-    struct timespec now;
-    return clock_gettime(CLOCK_MONOTONIC, &now) ? 0 : now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
 }
 
 /* An entry point, as the bytes that stand for ``self`` hold it. */

@@ -53,11 +53,7 @@ class ArmRecords:
         share_out(lambda first, last: call(first, last), self._count, self._threads)
 
     def tell(self, fault: Any, mask: BoolArray, news: BoolArray, goes_on: BoolArray, weak: bool) -> None:
-        """Let the arms of a mask count on what a record of kind ``fault``, (1,), says.
-
-        To those of ``news`` it says something else than before, in those of ``goes_on`` the joint is locked
-        already, and a ``weak`` one has less torque, so that it may not hold the arm.
-        """
+        """Let arms of a mask count on a ``fault``, (1,), that is news to some and goes on in some."""
         bound(
             "tell_arms", self._records, self._givens, self._arm, fault, mask, news, goes_on, self._count,
             int(weak), self._rows, self._samples, self._shares, self.found,

@@ -34,11 +34,7 @@ class Continuations:
 
 
 class ContinuationStudy:
-    """Continuations along one path, whose samples are (N + 1, 4, 4) goals at a distance of ``dt`` [s].
-
-    The session, studies of the arm with the task's rows, is copied. A joint that fails brakes with ``a_max``,
-    and bounded continuations are lost beyond the errors ``near`` [m] and ``turned`` [rad].
-    """
+    """Continuations along one path, whose samples are (N + 1, 4, 4) goals at a distance of ``dt`` [s]."""
 
     def __init__(
         self,

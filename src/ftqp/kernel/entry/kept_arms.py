@@ -77,10 +77,7 @@ def tell_arms(
     records_at: int, givens_at: int, A: Any, fault: Any, mask: Any, news: Any, goes_on: Any, weak: int,
     rows: Any, out: Any, found: Any,
 ) -> None:  # fmt: skip
-    """Let arms to which it is news count on a fault of a joint, or that it works.
-
-    What was found of the joint is forgotten by all that are meant.
-    """
+    """Let arms to which it is news count on a fault of a joint; all forget what was found of it."""
     count = len(mask)
     records = carray(pointer(records_at), (count,), RECORD)
     givens = carray(pointer(givens_at), (count,), GIVEN)
@@ -97,11 +94,7 @@ def step_arms(
     records_at: int, givens_at: int, works_at: int, mask: Any, targets: Any, q: Any, v: Any, sent: Any,
     found: Any, status: Any, error: Any, ticks: int, first: int, last: int,
 ) -> int:  # fmt: skip
-    """So many ticks of each arm that is meant towards its own target, (count, 29): 0, or a mistake.
-
-    The first begins at (q, v), (count, n), each other one where the last has led, and so do these on return;
-    ``sent``, (count, 2, n), is then what the drives are sent.
-    """
+    """So many ticks of each arm that is meant from (q, v) to its target, (count, 29): 0, or a mistake."""
     count = len(q)
     records = carray(pointer(records_at), (count,), RECORD)
     givens = carray(pointer(givens_at), (count,), GIVEN)

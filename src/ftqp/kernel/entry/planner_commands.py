@@ -55,10 +55,7 @@ NO_LOAD = Load(0.0)
 
 @final
 class PlannerCommands:
-    """Commands to a planner between its steps; ``arm`` is the arm by itself, loaded as the record is.
-
-    What the planner was made with has its fields in ``given`` of ``other_records``.
-    """
+    """Commands to a planner between its steps; ``arm`` is the arm by itself, loaded as the record is."""
 
     def __init__(self, session: Session, arm: ArmSession, given: Mapping[str, Any]) -> None:
         self._session, self._arm = session, arm
@@ -163,10 +160,7 @@ class PlannerCommands:
         return bool(self._call("give_up")())
 
     def miss(self, target: Any, row: int, left: int) -> int:
-        """Let the next tick be one that a late loop has missed: 0, or a mistake.
-
-        ``expected`` and ``target`` are then what it is given.
-        """
+        """Let the next tick, of ``expected`` and ``target``, be one that was missed: 0, or a mistake."""
         found = self._call("miss_tick")
         addresses = (self.expected.ctypes.data, self._later.ctypes.data, self.target.ctypes.data)
         return found(target, row, left, *addresses)

@@ -32,11 +32,7 @@ def rollout(
     model: Any, used: Any, what: Any, B: Any, A: Any, rows: Any, out: Any, own: Any, K: Any, mine: Any,
     G: Any, work: Any, F: Any, first: int, last: int,
 ) -> int:  # fmt: skip
-    """How many of the arms ``first`` to ``last - 1`` were driven to the end; fewer when asked to stop.
-
-    The words ``used`` of ``model``, and ``what``, are what every arm begins with; what it becomes is worked
-    in those of ``own``, ``mine`` and ``work``, which are K, G and F.
-    """
+    """How many of the arms ``first`` to ``last - 1``, begun as the model, were driven to the end."""
     n, arms, ticks = A.chain.n, B.arms, B.ticks
     kept = ticks // B.every if B.every > 0 else 0
     q, v = carray(pointer(B.q_at), (arms, n), FLOAT), carray(pointer(B.v_at), (arms, n), FLOAT)

@@ -12,6 +12,7 @@ from ftqp.kernel.compiled.library import load
 from ftqp.kernel.entry.planner_commands import PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import Session, share_out
 from ftqp.kernel.entry.table import ENTRIES
+from ftqp.kernel.layout.enums import Status
 from ftqp.kernel.layout.other_records import ARRAYS
 from ftqp.kernel.layout.record import dtype, in_line, used_words, zeros_in_line
 
@@ -38,6 +39,17 @@ class Batch:
     first_bad: IntArray  # The first tick that did not end in OK, (B,); -1 while there is none
     trace: FloatArray  # The q that are kept, (B, T // every, n)
 
+    @classmethod
+    def begun(cls, q: FloatArray, v: FloatArray, targets: FloatArray, every: int, **faults: Any) -> "Batch":
+        """Arms that nothing has become of yet, from copies of their starts, with ``faults`` to ``starts``."""
+        arms, n = q.shape
+        return cls(
+            q=q.copy(), v=v.copy(), targets=targets, every=every, **faults,
+            position_error=np.zeros(arms), rotation_error=np.zeros(arms), clearance=np.full(arms, np.inf),
+            counts=np.zeros((arms, len(Status)), dtype=np.int64), first_bad=np.full(arms, -1, dtype=np.int64),
+            trace=np.zeros((arms, len(targets) // every if every else 0, n)),
+        )  # fmt: skip
+
     def record(self) -> Any:
         """The record that the entry point takes, (1,); it holds as long as the arrays live."""
         record = np.zeros(1, dtype("batch"))
@@ -52,10 +64,7 @@ def drive_some(
     session: Session, commands: PlannerCommands, samples: ReserveSamples | None, batch: Any, first: int,
     last: int,
 ) -> int:  # fmt: skip
-    """Drive arms ``first`` to ``last - 1`` of a batch, by its record: how many came to the end.
-
-    All begin with the session and its commands; ``samples`` are those of the braking reserve.
-    """
+    """Drive arms ``first`` to ``last - 1`` of a batch, begun as the session: how many ended."""
     arm = in_line(commands.arm)
     own, mine, free = (
         zeros_in_line(dtype("record")),
@@ -74,11 +83,7 @@ def drive(
     session: Session, commands: PlannerCommands, samples: ReserveSamples | None, batch: Batch, *,
     threads: int, progress: Callable[[int], None] | None = None,
 ) -> int:  # fmt: skip
-    """Drive the arms of a batch, which is filled in, each from its start and with its own faults: how many.
-
-    An arm whose start is not finite stays where it is, and all its ticks count as INVALID_INPUT. Ctrl-C stops
-    all threads within a moment, and is raised.
-    """
+    """Drive the arms of a batch, which is filled in, each with its own faults: how many; Ctrl-C is raised."""
     load(ENTRIES["rollout"])
     arms, ticks, record = len(batch.q), len(batch.targets), batch.record()
     work = partial(drive_some, session, commands, samples, record)

@@ -184,10 +184,7 @@ class Session:
         return self.bind("torques")
 
     def pair_distances(self, postures: FloatArray) -> FloatArray:
-        """The distances of all pairs of bodies at some postures, (S, nv): (S, pairs) [m].
-
-        They are measured on a copy, so that the record is as it was.
-        """
+        """The distances of all pairs at some postures, (S, nv), measured on a copy: (S, pairs) [m]."""
         if self._twin is None:
             self._twin = self.copy()
         for room in ("scene", "chain"):
@@ -237,10 +234,7 @@ class Memory:
 
 
 class ArmSession:
-    """Kinematics and dynamics of one arm, apart from any planner, in the rooms of its own ``K``.
-
-    The constants of its chain go by the argument names of ``load_chain``.
-    """
+    """Kinematics and dynamics of one arm, apart from any planner, in the rooms of its own ``K``."""
 
     def __init__(self, constants: dict[str, Any]) -> None:
         check_joints(len(constants["mass"]))
@@ -278,10 +272,7 @@ class ArmSession:
         self._dynamics(self._given(q, v))
 
     def servos(self, servo: Memory) -> Call:
-        """What puts the torques of servos at (q, v) under the limits given into their memory; 1: one is full.
-
-        It leaves M and h of that state in the room ``kinematics``.
-        """
+        """What puts the torques of servos at (q, v) under limits into their memory; 1: one is full."""
         return self.bind("servo_torques", servo.memory)
 
     def _given(self, q: FloatArray, v: FloatArray | None) -> int:

@@ -1,4 +1,4 @@
-"""QPs that no robot made: the active set and the network on memory of their own, and the residuals."""
+"""QPs that no robot made: the active set and the network on memory of their own."""
 
 from typing import Any
 
@@ -6,7 +6,6 @@ from ftqp.kernel.active_set.active_set import solve_standalone
 from ftqp.kernel.dtrnn.iterations import solve_network
 from ftqp.kernel.dtrnn.network import Problem
 from ftqp.kernel.jit import jit
-from ftqp.kernel.judge.solution_check import kkt_residuals
 from ftqp.kernel.maths.elementary import matrix_view
 
 __all__ = ["solve_standalone"]
@@ -27,22 +26,14 @@ def _parts(flat: Any, n: int, m: int, p: int) -> Any:
 
 
 @jit
-def kkt(problem: Any, s: Any, out: Any, n: int, m: int, p: int) -> None:
-    """The KKT residuals, (4,), of a solution: x, z_box, y, z one after the other."""
-    H, g, A, b, C, l, u, lb, ub = _parts(problem, n, m, p)
-    x, z_box, y, z = s[:n], s[n : 2 * n], s[2 * n : 2 * n + m], s[2 * n + m :]
-    kkt_residuals(H, g, A, b, C, l, u, lb, ub, x, y, z, z_box, out)
-
-
-@jit
 def solve_networks(
     problems: Any, solutions: Any, found: Any, memory: Any, numbers: Any, trace: Any, n: int, m: int, p: int,
     warm: int, first: int, last: int,
 ) -> None:  # fmt: skip
-    """The network on QPs ``first`` to ``last - 1``, whose parts are as in ``kkt``; one may stand for all.
+    """The network on QPs ``first`` to ``last - 1``; one may stand for all.
 
-    A solution is the start when ``warm``, and is written for SOLVED and MAX_ITERATIONS. Code, iterations and
-    |e| go into the rows of ``found``.
+    A solution, x, z_box, y, z one after the other, is the start when ``warm``, and is written for SOLVED and
+    MAX_ITERATIONS. Code, iterations and |e| go into the rows of ``found``.
     """
     soft = memory[len(memory) - m :]
     soft[:m] = 0.0

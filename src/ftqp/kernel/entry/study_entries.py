@@ -40,10 +40,7 @@ def clearances_at(S: Any, q: Any, out: Any) -> None:
 
 @jit
 def solutions_from(S: Any, q: Any, goals: Any, left: Any, bounded: int, near: int) -> None:
-    """Configurations from start to solution by damped Newton steps, ``near`` by plain ones.
-
-    ``left``: the error that is left and the least singular value. Goals are one for all, or one each.
-    """
+    """Damped Newton steps, ``near`` plain ones, to goals; ``left``: error and least singular value."""
     for k in range(len(q)):
         put_joints(S, q[k])
         aim(S, goals[min(k, len(goals) - 1)])
@@ -69,10 +66,7 @@ def self_motions_of(
     S: Any, goals: Any, start: Any, quiet: int, q: Any, counts: Any, facts: Any, windings: Any, path: Any,
     parts: Any, firsts: Any, points: int, first: int, last: int,
 ) -> None:  # fmt: skip
-    """All self-motions of goals ``first`` to ``last - 1``, as points at equal arc lengths.
-
-    ``path``, ``parts`` and ``firsts`` are memory, which holds the curves of the last goal on return.
-    """
+    """All self-motions of goals ``first`` to ``last - 1``, as points at equal arc lengths."""
     for g in range(first, last):
         aim(S, goals[g])
         found = self_motions_through(S, start, quiet, path, parts, firsts, facts[g], windings[g])

@@ -86,7 +86,7 @@ class Spec(NamedTuple):
 
 
 LEADERS: Final = {
-    "clock": ("", "", "target:object row", "accept(K, q, v, target, row)", "prepare_rich(K)", "settle(K, "),
+    "clock": ("", "", "target:object row", "accept(K, q, v, target, row)", "prepare(K)", "settle(K, "),
     "path": (
         " path:path", " table:f8[rows,COLUMNS] rows", "", "accept_on_path(K, path, table, q, v)",
         "prepare_on_path(K, path)", "settle_on_path(K, path, ",
@@ -110,8 +110,8 @@ def _ticks() -> Iterator[str]:
     """The entry points of every leader with every solver."""
     for leader, (record, table, target, accept, prepared, settled) in LEADERS.items():
         for solver, (memory, solved) in SOLVERS.items():
-            name = "step_rich" if (solver, leader) == ("step", "clock") else f"{solver}_{leader}"
-            yield f"""{name} ticks.steps
+            usual = (solver, leader) == ("step", "clock")
+            yield f"""{"step ticks.steps first" if usual else f"{solver}_{leader} ticks.steps"}
     takes K:record{memory}{record}{table} q:object v:object {target}
     after {accept}
     calls {settled}{solved.format(prepared)})
@@ -125,9 +125,6 @@ def _ticks() -> Iterator[str]:
 TEXT: Final = f"""
 {"".join(_ticks())}write_target ticks.accepted_inputs first alone
     takes target_at pose:object twist:object acceleration:object
-step ticks.steps first takes K:record q:object v:object target:object row
-    after accept(K, q, v, target, row)
-    calls run_cascade(K, prepare_plain(K), SOLVED)
 step_free ticks.steps takes K:record F:free q:object v:object target:object row
     after accept(K, q, v, target, row)
     calls settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED))
@@ -136,7 +133,7 @@ step_joints ticks.steps demo takes K:record joints:joints q:object v:object
     calls step_on_joints(K, joints)
 closed_form_clock ticks.steps takes K:record P:reduced q:object v:object target:object row
     after accept(K, q, v, target, row)
-    calls resolve(K, P, prepare_plain(K))
+    calls resolve(K, P, prepare(K))
 closed_form_base ticks.steps takes K:record P:reduced base:base q:object v:object target:object row
     after accept(K, q, v, target, row)
     calls settle_on_base(K, base, resolve(K, P, prepare_on_base(K, base)))
@@ -150,9 +147,6 @@ servo_torques ticks.arm_states first takes K:arm S:servo q:object v:object limit
 pair_distances scene.clearance demo nogil
     takes K:record q:f8[samples,K.chain.n] out:f8[samples,K.scene.pairs] samples
     calls measure_all
-block ticks.block_of_ticks first
-    takes K:record tick:object q:object v:object targets:object state:f8[2*K.chain.n] first count
-          has_inertia rows:f8[count,width] width places:i8[PLACES]
 rollout entry.rollout nogil
     takes model:i8[words] used:i8[runs,2] runs what:i8[GIVEN_WORDS] B:batch A:arm
           rows:f8[samples,A.chain.n*(A.chain.n+3)] samples out:reserve own:i8[words] K:record
@@ -217,9 +211,6 @@ miss_tick ticks.accepted_inputs
 listen ticks.listening takes K:record q:f8[K.chain.n] reference:f8[3,K.chain.n] tau:f8[K.chain.n]
 solve_qp entry.standalone_entries alone takes Q:standalone
     calls solve_standalone
-kkt entry.standalone_entries alone
-    takes problem:f8[n*n+n+(m+p)*n+2*(n+m+p)] solution:f8[2*n+m+p] out:f8[4] n m p
-    calls kkt(problem, solution, out, n, m, p)
 solve_networks entry.standalone_entries nogil alone
     takes problems:f8[many,n*n+n+(m+p)*n+2*(n+m+p)] many solutions:f8[count,2*n+m+p] count found:f8[count,3]
           memory:f8[memory_size] memory_size numbers:f8[OPTIONS] trace:f8[trace_rows,4] trace_rows n m p

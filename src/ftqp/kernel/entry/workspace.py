@@ -18,10 +18,7 @@ NO_TRACE = np.zeros((0, 4))
 
 
 class Workspace:
-    """Memory of one QP of fixed sizes, with the names and shapes of ``ftqp.qp``, to be filled in place.
-
-    The solution is x, (n,), with multipliers y, (m,), z, (p,), and z_box, (n,).
-    """
+    """Memory of one QP of fixed sizes, with the names and shapes of ``ftqp.qp``, to be filled in place."""
 
     def __init__(self, n: int, m: int, p: int) -> None:
         for name, got, capacity in (
@@ -83,10 +80,3 @@ def solve_networks(
 
     share_out(work, len(solutions))
     return found
-
-
-def kkt(flat: FloatArray, solution: FloatArray, n: int, m: int, p: int) -> FloatArray:
-    """The KKT residuals of a solution, (4,); see ``ftqp.kernel.judge.solution_check.kkt_residuals``."""
-    out = np.empty(4)
-    bound("kkt", flat, solution, out, n, m, p)()
-    return out

@@ -86,11 +86,7 @@ class Says(Enum):
 
 
 class StageRow(NamedTuple):
-    """One stage of the cascade.
-
-    ``good`` and ``bad`` are the stages after an answer that keeps the QP and after one that does not;
-    ``task`` says whether the QP asks for the task.
-    """
+    """One stage: what comes after a ``good`` and a ``bad`` answer, and whether it asks for the task."""
 
     stage: Stage
     good: Stage

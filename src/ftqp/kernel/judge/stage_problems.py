@@ -330,10 +330,7 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
 
 @rare_jit
 def begin_stop(K: Any) -> int:
-    """Brake every healthy joint within its limits: STOPPING, then STOPPED for good once all are at rest.
-
-    Beside a joint that swings freely the others may have to move, however long ago they stopped.
-    """
+    """Brake every healthy joint within its limits: STOPPING, then STOPPED for good once all are at rest."""
     limits, faults, state, watch = K.limits, K.faults, K.state, K.watch
     outcome = STOPPED
     for k in range(faults.working):
@@ -351,10 +348,7 @@ def begin_stop(K: Any) -> int:
 
 @rare_jit
 def begin_relaxed(K: Any) -> None:
-    """The same QP with the task as compliant as the best feasible command takes.
-
-    An external solver's QP of mode ``slack`` is so already: it is the very QP that could not be solved.
-    """
+    """The same QP with the task as compliant as the best feasible command takes, if it is not so already."""
     if K.task.mode != SLACK:
         compliance(K.task, K.terms, K.chain, K.qp, K.turned, RELAXED_RATIO)
         _share(K, RELAXED_RATIO)

@@ -1,4 +1,4 @@
-"""Settling as a table: what a tick can find, and what that makes of the way to a hold.
+"""Settling: what a tick can find, and what that makes of the way to a hold; and the latch of a stop.
 
     follows ---- the target stands ---> arrives --- futile ---> doubts --- for SURE ---> holds
       stood = 0                           stood > 0               sure > 0                 holding
@@ -9,9 +9,7 @@ others). How often the arm has been seen to swing is counted beside this, see ``
 Source: docs/theory/settling.md, "Holding".
 """
 
-from collections.abc import Iterable
-from enum import IntEnum
-from typing import Any, Final, NamedTuple
+from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ALL_BRAKES, HOLD, NO_BRAKES, STOPPED_BY_LAG
@@ -21,94 +19,29 @@ SURE = 0.1
 """How long it must be clear that hardly anything can be gained [s]."""
 
 
-class Finding(IntEnum):
-    """What a tick finds of the target, the error or the arm."""
-
-    TARGET_MOVES = 0
-    """Or another set of joints works, or the planner begins anew."""
-    TARGET_STANDS = 1
-    REGULAR = 2
-    """The error bends less than the rows can hold."""
-    NO_METRIC = 3
-    """No joint is free to follow the gradient."""
-    WORTH_IT = 4
-    """More than hardly anything can be gained."""
-    FUTILE = 5
-    PUSHED = 6
-    """An arm that held is far from where it did."""
-    TASK_LEFT = 7
-    """The task is not asked for beside a free-swinging joint."""
-
-
-TARGET_MOVES, TARGET_STANDS, REGULAR, NO_METRIC, WORTH_IT, FUTILE, PUSHED, TASK_LEFT = map(int, Finding)
-
-
-class Effect(IntEnum):
-    """What becomes of a time or of the hold."""
-
-    KEEP = 0
-    CLEAR = 1
-    GROW = 2
-    """A time by that of a tick; a hold begins once ``sure`` has grown to SURE."""
-
-
-class SettlingRow(NamedTuple):
-    """What a finding makes of ``stood``, ``sure`` and ``holding``."""
-
-    finding: Finding
-    stood: Effect
-    sure: Effect
-    holding: Effect
-
-
-KEEP, CLEAR, GROW = Effect
-SETTLING: Final = (
-    SettlingRow(Finding.TARGET_MOVES, CLEAR, CLEAR, CLEAR),
-    SettlingRow(Finding.TARGET_STANDS, GROW, KEEP, KEEP),
-    SettlingRow(Finding.REGULAR, KEEP, CLEAR, KEEP),
-    SettlingRow(Finding.NO_METRIC, KEEP, CLEAR, CLEAR),
-    SettlingRow(Finding.WORTH_IT, KEEP, CLEAR, KEEP),
-    SettlingRow(Finding.FUTILE, KEEP, GROW, GROW),
-    SettlingRow(Finding.PUSHED, CLEAR, CLEAR, CLEAR),
-    SettlingRow(Finding.TASK_LEFT, KEEP, KEEP, CLEAR),
-)
-"""All that leads from one state to another. An arm that holds is asked only whether it was pushed."""
-
-BITS: Final = 2
-"""Of an effect in a packed column."""
-MASK: Final = (1 << BITS) - 1
-
-
-def _packed(effects: Iterable[tuple[Finding, Effect]]) -> int:
-    """A column of the table as one number, which compiled code reads by a shift."""
-    return sum(int(effect) << BITS * int(finding) for finding, effect in effects)
-
-
-STOOD_AFTER: Final = _packed((row.finding, row.stood) for row in SETTLING)
-SURE_AFTER: Final = _packed((row.finding, row.sure) for row in SETTLING)
-HOLDING_AFTER: Final = _packed((row.finding, row.holding) for row in SETTLING)
-"""The columns, packed."""
-CLEARS: Final = int(CLEAR)
-GROWS: Final = int(GROW)
-
-
-@jit
-def _time_after(time: float, effect: int, dt: float) -> float:
-    if effect == CLEARS:
-        return 0.0
-    return time + dt if effect == GROWS else time
+TARGET_MOVES, TARGET_STANDS, REGULAR, NO_METRIC, WORTH_IT, FUTILE, PUSHED, TASK_LEFT = range(8)
+"""What a tick finds: the target moves, or another set of joints works; it stands; the error bends less than
+the rows can hold; no joint is free to follow the gradient; more than hardly anything can be gained, or not;
+an arm that held is far from where it did; the task is not asked for beside a free-swinging joint."""
 
 
 @jit
 def settle(settling: Any, finding: int, dt: float) -> None:
-    """Go on as the table says of a finding: nothing else writes ``stood``, ``sure`` and ``holding``."""
-    settling.stood = _time_after(settling.stood, STOOD_AFTER >> BITS * finding & MASK, dt)
-    settling.sure = _time_after(settling.sure, SURE_AFTER >> BITS * finding & MASK, dt)
-    effect = HOLDING_AFTER >> BITS * finding & MASK
-    if effect == CLEARS:
+    """Go on as a finding has it: nothing else writes ``stood``, ``sure`` and ``holding``."""
+    if finding == TARGET_STANDS:
+        settling.stood += dt
+        return
+    if finding == TARGET_MOVES or finding == PUSHED:
+        settling.stood = 0.0
+    if finding == FUTILE:
+        settling.sure += dt
+        if settling.sure >= SURE:
+            settling.holding = 1
+        return
+    if finding != TASK_LEFT:
+        settling.sure = 0.0
+    if finding != REGULAR and finding != WORTH_IT:
         settling.holding = 0
-    elif effect == GROWS and settling.sure >= SURE:
-        settling.holding = 1
 
 
 @jit

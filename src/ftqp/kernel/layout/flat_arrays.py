@@ -1,4 +1,4 @@
-"""Arrays that are no records: the table of a path, the row of a tick in a block, a network's memory."""
+"""Arrays that are no records: the table of a path, a network's memory."""
 
 from typing import Final
 
@@ -17,19 +17,6 @@ SPIN = 38
 COLUMNS = 50
 """The table of a path has a row an interval of its time. In each the position is a quintic, the rotation a
 cubic rotation vector from the interval's first orientation, the angular velocity a cubic."""
-
-BLOCK_FIELDS: Final = (
-    "q", "v", "a", "tau", "tau_brake", "lower", "upper", "tip", "slack", "jacobian", "scalars",
-)  # fmt: skip
-"""Fields by name: n numbers each up to ``upper``; ``tip`` 12, the first three rows of the pose; ``slack`` 6;
-``jacobian`` 6 n, the task's rows in characteristic lengths, zero for joints that do not work; ``scalars``."""
-BLOCK_SCALARS: Final = (
-    "position_error", "rotation_error", "scale", "status", "qp_status", "qp_iterations", "qp_residual",
-    "step_time", "kappa",
-)  # fmt: skip
-"""Single numbers, in their order; ``step_time`` in ns."""
-PLACES: Final = len(BLOCK_FIELDS)
-"""Of a row of a block. A whole row may hold more; whoever gives the memory says where each field begins."""
 
 OPTIONS: Final = 7
 """Numbers that say how to solve, see ``ftqp.kernel.dtrnn.network.Options``."""

@@ -118,7 +118,6 @@ given  What a planner was made with, as far as what it is given later needs it.
     torque_limits  i8  motors have limits that count
     dynamic on_demand  i8  as in the room ``limits``, of a healthy arm
     external  i8  another solver takes the QP
-    rich  i8  as of ``step_rich``
     may_swing  i8  a joint that swings freely is served
     allowed  i8  as in the room ``free``
     has_posture  i8  ``posture`` is where the null space leads, else the start is

@@ -268,37 +268,11 @@ _EACH: Final[dict[str, Callable[[int], Fields]]] = {
     "qp": _qp,
     "supposed": _TICK["state"],
 }
-ROOMS: Final = {
-    name: _EACH[name]
-    for name in (
-        *(
-            "state",
-            "faults",
-            "limits",
-            "task",
-            "criteria",
-            "watch",
-            "cascade",
-            "feedback",
-            "gate",
-            "held",
-            "monitor",
-        ),
-        *(
-            "kinematics",
-            "chain",
-            "qp",
-            "scratch",
-            "turned",
-            "past",
-            "learned",
-            "history",
-            "aside",
-            "settling",
-        ),
-        *("free", "terms", "keeps", "scene", "ahead", "supposed"),
-    )
-}
+ORDER: Final = (
+    "state faults limits task criteria watch cascade feedback gate held monitor kinematics chain qp scratch "
+    "turned past learned history aside settling free terms keeps scene ahead supposed"
+)
+ROOMS: Final = {name: _EACH[name] for name in ORDER.split()}
 """Each room with the fields that it has for N joints; those that every tick touches come first.
 
 ``supposed`` is a state where formulas are asked how the arm would be there, so that ``state``, which was
@@ -364,10 +338,7 @@ def _words_of(of: np.dtype[Any], fewer: np.dtype[Any], begin: int = 0) -> Iterat
 
 @cache
 def used_words(joints: int) -> Any:
-    """Begin and end of each run of words in which a planner's record has anything of so many joints, (k, 2).
-
-    A library that is built for their blocks alone has room for nothing else.
-    """
+    """Begin and end of each run of words that a planner's record of so many joints uses, (k, 2)."""
     block = LINE // 8
     capacity = min(-(-joints // block) * block, JOINTS)
     words = np.sort(np.concatenate([*_words_of(dtype("record"), dtype("record", capacity))]))
@@ -408,46 +379,23 @@ def record(joints: int = JOINTS) -> Any:
     return W
 
 
-def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,
-               continuous: Any, tip_rotation: Any, tip_translation: Any, gravity: Any,
-               armature: Any = 0.0, viscous: Any = 0.0, coulomb: Any = 0.0, parent: Any = None,
-               tip_joint: int | None = None, floating: int = 0, lead: Any = None,
-               ratio: Any = 1.0, offset: Any = 0.0) -> None:  # fmt: skip
-    """Write the constants of an arm of n joints, or of a tree of arms, into a record K.
-
-    Rotations, (n, 3, 3), and translations, (n, 3), are of each joint's frame in its parent's at q = 0, those
-    of the tip in that of ``tip_joint``, which is the last if it is not said. ``com``, (n, 3), and
-    ``inertia``, (n, 3, 3), stand along the joint frame's axes, the latter about the com; ``armature`` is the
-    rotor's at the joint. ``parent`` is the joint that each hangs on, lower than itself, -1 is the base; None
-    is a serial arm. ``floating`` joints, the first ones, have no motor. ``lead`` is the joint that each
-    follows by ``ratio`` and ``offset``, itself where it mimics none.
-    """
-    chain, n = K.chain, len(mass)
+def load_chain(
+    K: Any, *, parent: Any, tip_joint: int, floating: int, continuous: Any, inertia: Any, **others: Any
+) -> None:
+    """Write the constants of an arm, or of a tree of arms, into a record K, by their names in ``Chain``."""
+    chain, n, upper = K.chain, len(inertia), np.triu_indices(3)
     chain.n, chain.floating = n, floating
-    _load_tree(
-        chain, range(-1, n - 1) if parent is None else parent, n - 1 if tip_joint is None else tip_joint
-    )
+    _load_tree(chain, parent, tip_joint)
     chain.nq = n + int(np.count_nonzero(continuous))
-    chain.has_inertia = bool(np.any(mass) or np.any(inertia))
-    chain.rotation[:n] = np.reshape(rotation, (n, 9))
-    chain.translation[:n] = translation
-    chain.mass[:n] = mass
-    chain.com[:n] = com
-    upper = np.triu_indices(3)
-    chain.inertia[:n] = np.asarray(inertia)[:, upper[0], upper[1]]
-    chain.span[:n] = np.linalg.norm(translation, axis=1)
-    chain.lever[:n] = np.linalg.norm(com, axis=1)
+    chain.has_inertia = bool(np.any(others["mass"]) or np.any(inertia))
+    others |= {"continuous": continuous, "inertia": inertia[:, upper[0], upper[1]]}
+    for name, value in others.items():
+        field = chain[name]
+        rows = np.reshape(value, (-1, *field.shape[1:]))
+        field[: len(rows)] = rows
+    chain.span[:n] = np.linalg.norm(others["translation"], axis=1)
+    chain.lever[:n] = np.linalg.norm(others["com"], axis=1)
     chain.stoutness[:n] = np.abs(np.linalg.eigvalsh(inertia)).max(axis=1)
-    chain.armature[:n] = armature
-    chain.viscous[:n] = viscous
-    chain.coulomb[:n] = coulomb
-    chain.prismatic[:n] = prismatic
-    chain.continuous[:n] = continuous
-    chain.tip_rotation[:] = np.ravel(tip_rotation)
-    chain.tip_translation[:] = tip_translation
-    chain.gravity[:] = gravity
-    chain.lead[:n] = np.arange(n) if lead is None else lead
-    chain.ratio[:n], chain.offset[:n] = ratio, offset
     chain.mimics = int(np.count_nonzero(chain.lead[:n] != np.arange(n)))
 
 

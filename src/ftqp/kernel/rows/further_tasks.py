@@ -219,10 +219,7 @@ def _fold(chain: Any, rows: Any) -> None:
 
 @part_jit
 def term_rows(K: Any, t: int) -> None:
-    """Rows of one further task into ``J``, error, and what they are asked for, in metres.
-
-    Not of a task of joints. Needs ``forward_kinematics`` and ``motion``.
-    """
+    """Rows of one further task into ``J``, its error, and what they ask for, in metres; needs ``motion``."""
     terms, n = K.terms, K.chain.n
     kind, rows, asked = terms.kind[t], terms.J[t], terms.asked[t]
     if kind == OWN:

@@ -61,10 +61,7 @@ def _torque_at_rest(K: Any, i: int, slope: Any, one: Any) -> float:
 def _most(
     state: Any, d: float, reserve: float, rate: float, brake: float, cost: float, hardest: float, back: float
 ) -> float:
-    """The largest x along the gradient, from d [N m] and how fast that shrinks.
-
-    A joint that needs its reserve to hold the arm is led back to where it does not, by ``back`` times d.
-    """
+    """The largest x along the gradient, from d [N m] and how fast that shrinks; below 0 ``back`` times d."""
     dt = state.dt
     ahead = d - 0.5 * dt * rate if state.level == ACCELERATION else d
     most = back * ahead if ahead < 0.0 else holding_rate(ahead, reserve, brake, cost, dt)

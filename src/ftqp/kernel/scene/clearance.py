@@ -259,10 +259,7 @@ def _between_axes(a: Vector, b: Vector, e: Vector, f: Vector, n: Any, near: Any,
 
 @jit
 def distance_of_pair(K: Any, p: int, n: Any, near: Any, far: Any) -> float:
-    """The distance of pair p; n points from the second to the first, ``near`` and ``far`` to both.
-
-    Where convex bodies in the capsules are known it is theirs, unless they meet.
-    """
+    """The distance of pair p; n points from the second to the first, ``near`` and ``far`` to both."""
     scene = K.scene
     d = distance_of_capsules(K, p, n, near, far)
     return refined_distance(K, p, d, n, near, far) if refines(scene, scene.first[p], scene.second[p]) else d

@@ -19,10 +19,7 @@ at a half turn it is endless."""
 
 @jit
 def weigh_rows(task: Any, kinematics: Any, chain: Any, qp: Any, settling: Any) -> float:
-    """Rows and error of the task as its priority weighs them, times 1/sqrt(yielding); e'e.
-
-    It needs ``task_rows``, whose A it reads.
-    """
+    """Rows and error of the task as its priority weighs them, times 1/sqrt(yielding); e'e."""
     n = chain.n
     square = 0.0
     for k in range(task.m):

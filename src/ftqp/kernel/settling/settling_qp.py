@@ -27,10 +27,7 @@ from ftqp.kernel.settling.trigger import is_regular
 
 @part_jit
 def settles(K: Any, kp: float) -> bool:
-    """Whether the curvature of the error takes part in this tick: D, the kick, beta and the hold.
-
-    It needs ``objective`` and ``task_rows``; kp is their gain on the error.
-    """
+    """Whether the curvature of the error takes part in this tick, after ``objective``, ``task_rows``."""
     settling = K.settling
     if not settling.on or kp == 0.0:  # without feedback the error asks for nothing
         return False

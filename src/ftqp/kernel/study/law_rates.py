@@ -153,10 +153,7 @@ def clock(L: Any, error: Any, speed: Any) -> Any:
 
 @jit
 def rates_in_eight(S: Any, L: Any, out: Any, count: int) -> None:
-    """The rates at the first configurations of ``eight``, of the joints ``alone`` says, in ``eight_rate``.
-
-    Those at the first one go into out, (n,), what ``rates`` returns of it into ``one_``.
-    """
+    """The rates at the first configurations of ``eight``; those at the first one also in out, ``one_``."""
     error, speed, regular = rates(S, L, L.eight, L.alone, L.eight_rate, (1 << count) - 1)
     store_lanes(L.one_error, 0, error)
     store_lanes(L.one_speed, 0, speed)

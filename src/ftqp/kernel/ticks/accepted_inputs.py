@@ -26,10 +26,7 @@ from ftqp.kernel.maths.side_by_side import WIDTH, all_of, load_lanes
 
 @jit
 def accept_arrays(state: Any, gate: Any, chain: Any, q: Any, v: Any) -> int:
-    """Copy q, (n,) or (nq,), and v, (n,): how many numbers q has, or a mistake (negative).
-
-    The tick begins at what was last let through.
-    """
+    """Copy q, (n,) or (nq,), and v, (n,): how many numbers q has, or a mistake (negative)."""
     nq = take(q, 0, state.given_q.ctypes.data, len(state.given_q), 1)
     nv = take(v, 0, state.given_v.ctypes.data, len(state.given_v), 1)
     if nq < 0 or nv < 0:

@@ -41,17 +41,16 @@ from ftqp.kernel.rows.task_rows import turn_back
 from ftqp.kernel.search.on_the_way import follow_going, lead_going
 from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_numbers, accept_state, accept_target
 from ftqp.kernel.ticks.tick import (
+    prepare,
     prepare_free,
     prepare_on_base,
     prepare_on_joints,
     prepare_on_path,
-    prepare_plain,
-    prepare_rich,
 )
 
 FLOAT = np.dtype(np.float64)
 
-__all__ = ["prepare_free", "prepare_on_base", "prepare_on_path", "prepare_plain", "prepare_rich", "resolve"]
+__all__ = ["prepare", "prepare_free", "prepare_on_base", "prepare_on_path", "resolve"]
 
 
 @part_jit
@@ -190,9 +189,7 @@ def tick_as_told(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any) -> int
         return code
     if given.swings:
         return settle_beside_free(K, run_cascade(K, prepare_free(K, F), SOLVED))
-    if given.rich:
-        return settle(K, run_cascade(K, prepare_rich(K), SOLVED))
-    return run_cascade(K, prepare_plain(K), SOLVED)
+    return settle(K, run_cascade(K, prepare(K), SOLVED))
 
 
 @jit
@@ -212,10 +209,7 @@ def _follow(K: Any, given: Any, F: Any, path: Any, table: Any, q: Any, v: Any) -
 
 @jit
 def deployed_step(K: Any, given: Any, F: Any, q: Any, v: Any, target: Any, ticks: int, work: Any) -> int:
-    """A status, with NEWS where something was found, or a mistake, so many periods after the last step.
-
-    ``work``: 29 + n numbers, and n zeros.
-    """
+    """A status, with NEWS, or a mistake, so many periods on; ``work``: 29 + n numbers, n zeros."""
     n = K.chain.n
     then, expected, rest = work[:TARGET_SIZE], work[TARGET_SIZE : TARGET_SIZE + n], work[TARGET_SIZE + n :]
     for left in range(min(ticks, MOST_TICKS) - 1, 0, -1):

@@ -218,23 +218,6 @@ def _turn(K: Any, settling: bool) -> None:
         turn_rows(K)
 
 
-@part_jit
-def prepare_plain(K: Any) -> int:
-    """A tick led by the clock: QP_READY when the QP is the task's, SOLVE when it is another."""
-    valid = _see(K)
-    _bound(K)
-    _limit(K)
-    if not may_go_on_by_the_clock(K, valid):
-        return SOLVE
-    objective(K)
-    task_rows(K, K.task.kp)
-    if settles(K, K.task.kp):
-        begin_settling(K, K.task.kp)
-        K.cascade.stage = SETTLING_STAGE
-        return SOLVE
-    return _ask(K)
-
-
 @jit
 def _follow(K: Any, valid: bool) -> int:
     """The task's QP, led by the clock, whatever terms the planner has; needs intervals and the rows of C."""
@@ -252,8 +235,8 @@ def _follow(K: Any, valid: bool) -> int:
 
 
 @part_jit
-def prepare_rich(K: Any) -> int:
-    """A tick led by the clock, with directional damping or a gradient of the manipulability."""
+def prepare(K: Any) -> int:
+    """A tick led by the clock: QP_READY when the QP is the task's, SOLVE when it is another."""
     valid = _see(K)
     _bound(K)
     _limit(K)

@@ -2,8 +2,8 @@
 
 A block is one C-ordered float64 array (ticks, width), whose fields lie side by side: ``t`` [s], n numbers for
 each of `PER_JOINT`, those of `GEOMETRY`, ``jacobian`` (6 n), and one for each of `SCALARS`. Poses are their
-first three rows; ``velocity`` is the path's at the target; ``slack`` and ``jacobian`` are those of
-`ftqp.kernel.layout.flat_arrays`. Measures of singularity are filled in when a block is handed on.
+first three rows; ``velocity`` is the path's at the target; ``jacobian`` is that of `Step`. Measures of
+singularity are filled in when a block is handed on.
 
 On a moving base (k coordinates) target and tip are in the inertial frame, and ``base_pose`` (12), ``eta`` (k)
 and ``base_status`` (1) follow. Of an arm with a drive or sensors of its own n more follow for each of
@@ -17,9 +17,8 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions, rotation_vectors
-from ftqp.kernel.layout.flat_arrays import BLOCK_FIELDS, BLOCK_SCALARS
 
 BLOCK = 2048
 """Ticks of one block, and rows of one chunk of a log, at most."""
@@ -29,7 +28,10 @@ SENSED = ("q_measured", "v_measured", "q_command", "v_command", "q_reference", "
 FELT = ("tau_measured", "tau_demand")
 TASK_ROWS = 6
 MEASURES = ("sigma_min", "manipulability", "condition")
-SCALARS = (*BLOCK_SCALARS, *MEASURES, "progress", "path_status")
+SCALARS = (
+    "position_error", "rotation_error", "scale", "status", "qp_status", "qp_iterations", "qp_residual",
+    "step_time", "kappa", *MEASURES, "progress", "path_status",
+)  # fmt: skip
 """Single numbers of a raw row; ``step_time`` in ns, all others as in the columns of the same names."""
 
 
@@ -59,11 +61,6 @@ class RawLayout:
         self.nv, self.coordinates, self.width, self.sensed = nv, coordinates, at, tuple(sensed)
         self.fields: Mapping[str, slice] = MappingProxyType(fields)
         self.scalars = slice(fields[SCALARS[0]].start, fields[SCALARS[-1]].stop)
-
-    def places(self) -> IntArray:
-        """Where each of the kernel's `BLOCK_FIELDS` begins, for its blocks of ticks."""
-        starts = {name: place.start for name, place in self.fields.items()} | {"scalars": self.scalars.start}
-        return np.array([starts[name] for name in BLOCK_FIELDS], dtype=np.int64)
 
     def block(self) -> FloatArray:
         """An empty block, (BLOCK, width), of NaN."""

@@ -62,7 +62,6 @@ class TickRecorder:
             further=len(self._further),
         )
         self._block, fields = self._layout.block(), self._layout.fields
-        self._q, self._beliefs, self._truths = (self._block[:, fields[x]] for x in ("q", "belief", "truth"))
         self._jacobian = self._block[:, fields["jacobian"]].reshape(BLOCK, TASK_ROWS, nv)
         self._measures = self._block[:, fields[MEASURES[0]].start : fields[MEASURES[-1]].stop]
         self._task_rows, self._rows = TASK_ROWS, (np.zeros(TASK_ROWS), np.zeros((TASK_ROWS, nv)))
@@ -118,27 +117,6 @@ class TickRecorder:
             row.append(self._further.at(q))
         self._block[self._filled] = np.concatenate(row, axis=None)
         self._filled += 1
-        self._hand_on_in_time()
-
-    @property
-    def layout(self) -> RawLayout:
-        """Where the fields of a raw row lie."""
-        return self._layout
-
-    @property
-    def free(self) -> FloatArray:
-        """The raw rows that come next, (K, width), 1 <= K <= 2048, to be filled and then kept by `keep`."""
-        rows: FloatArray = self._block[self._filled :]
-        return rows
-
-    def keep(self, count: int, task_rows: int) -> None:
-        """Keep the first rows of `free`; beliefs, truth and measures are filled in here."""
-        rows = slice(self._filled, self._filled + count)
-        self._beliefs[rows], self._truths[rows] = self._believed(), self._truth
-        if len(self._further):
-            self._block[rows, self._layout.fields["further"]] = self._further.along(self._q[rows])
-        self._task_rows = task_rows
-        self._filled += count
         self._hand_on_in_time()
 
     def _hand_on_in_time(self) -> None:

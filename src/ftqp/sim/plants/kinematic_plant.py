@@ -1,7 +1,6 @@
 """The arm that is commanded: what really happens to each joint between two ticks."""
 
 import logging
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -72,7 +71,7 @@ class KinematicPlant(Plant):
 
     __slots__ = (
         "_arm", "_brake", "_dt", "_faults", "_holds_acceleration", "_impacts", "_led", "_q", "_robot",
-        "_sent", "_stops", "_ticks", "_v",
+        "_stops", "_ticks", "_v",
     )  # fmt: skip
 
     def __init__(
@@ -97,7 +96,6 @@ class KinematicPlant(Plant):
         self._ticks = 0
         self._holds_acceleration = level == "acceleration"
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
-        self._sent = self._q.copy()
         self._faults: dict[int, Fault] = {}
         self._led = led_joints(robot.chain)
 
@@ -125,7 +123,6 @@ class KinematicPlant(Plant):
         self._ticks = 0
         self._q[:] = self._robot.angles(q)
         self._v[:] = array("v", v, (self._robot.nv,), "(nv,)")
-        self._sent[:] = self._q
 
     def fail(self, fault: Fault) -> None:
         i = int(self._robot.chain.lead[self._robot.joint(fault.joint)])
@@ -146,25 +143,8 @@ class KinematicPlant(Plant):
     def repair(self, joint: str | int) -> None:
         self._faults.pop(int(self._robot.chain.lead[self._robot.joint(joint)]), None)
 
-    def obeys(self, believed: Mapping[str, Fault]) -> bool:
-        """Whether every command of a planner will be followed bit by bit until another joint fails.
-
-        Args:
-            believed: What the planner believes, by joint name: a joint that stands still has to be known as
-                locked, and the last command has to have been to stay exactly where it is.
-        """
-        joints = self._robot.joints
-        return all(
-            isinstance(fault, Locked)
-            and self._v[i] == 0.0
-            and self._sent[i] == self._q[i]
-            and isinstance(believed.get(joints[i]), Locked)
-            for i, fault in self._faults.items()
-        )
-
     def advance(self, command: Command) -> None:
         self._ticks += 1
-        self._sent[:] = command.q
         if self._faults:
             self._advance_failed(command)
         else:

@@ -8,8 +8,7 @@ from typing import Any, ClassVar, Final, Self, final
 import numpy as np
 
 from ftqp.control.drive.joint_drive import KINDS, Drive, Noise
-from ftqp.control.drive.loop_record import fill_loop
-from ftqp.control.drive.servo_prior import FALSE_ALARMS
+from ftqp.control.drive.servo_prior import FALSE_ALARMS, fill_loop
 from ftqp.core.checks import FloatArray, instance, non_negative, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.fixed import Fixed

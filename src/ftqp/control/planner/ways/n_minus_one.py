@@ -1,7 +1,6 @@
 """N-1: what the loss of any one joint would cost from here, as it is asked of power grids."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from ftqp.core.errors import InputError
 from ftqp.core.setting import refuse_out_of_range, setting
@@ -99,18 +98,3 @@ class Security:
             for loss in lost
         ]
         return f"not secure against a lock of {', '.join(said)}; as of {self.age:.2g} s ago"
-
-
-def refuse_led(asked: NMinusOne, criterion: Any, scheme: str, plan: Any) -> None:
-    """Refuse a null space that cannot be led, or that is led already."""
-    if not asked.leads:
-        return
-    if plan is not None:
-        raise InputError(
-            "plan and n_minus_one both lead the null space; take NMinusOne(leads=False) with the plan"
-        )
-    if not getattr(criterion, "norm_q", 0.0) > 0.0:
-        raise InputError(
-            f"scheme {scheme!r} leads to no posture, so that n_minus_one cannot lead it; use rmp, dlsm "
-            "or a mix with one of them, or NMinusOne(leads=False)"
-        )

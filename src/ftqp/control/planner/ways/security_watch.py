@@ -23,7 +23,7 @@ from ftqp.faults.belief import fault_record
 from ftqp.faults.kinds import Locked
 from ftqp.kernel.entry.rollouts import Batch, drive_some
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import SLACK, TARGET_POSE, TARGET_TWIST, Status
+from ftqp.kernel.layout.enums import SLACK, TARGET_POSE, TARGET_TWIST
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -275,20 +275,15 @@ class SecurityWatch:
 
     def _batch(self, look: _Look, starts: FloatArray) -> Batch:
         """Every start with every lock, the locks of the first start first."""
-        n, joints, arms = self._robot.nv, look.lost, len(starts) * len(look.lost)
+        joints, arms = look.lost, len(starts) * len(look.lost)
         locks = [fault_record(i, Locked(self._robot.joints[i])) for i in joints] or [fault_record(0, None)]
         events = np.array([(0, k % len(joints), 0) for k in range(arms)], dtype=np.int64)
-        return Batch(
-            q=np.repeat(starts[:, 0], len(joints), axis=0),
-            v=np.repeat(starts[:, 1], len(joints), axis=0),
-            targets=targets_ahead(
-                look.now.path, look.now.packed, look.now.tip,
-                self._dt * np.arange(self._ticks, dtype=np.float64),
-            ), faults=np.concatenate(locks), events=events.reshape(-1, 3),
-            starts=np.arange(arms + 1, dtype=np.int64), every=0,
-            position_error=np.zeros(arms), rotation_error=np.zeros(arms), clearance=np.full(arms, np.inf),
-            counts=np.zeros((arms, len(Status)), dtype=np.int64), first_bad=np.full(arms, -1, dtype=np.int64),
-            trace=np.zeros((arms, 0, n)),
+        times = self._dt * np.arange(self._ticks, dtype=np.float64)
+        return Batch.begun(
+            np.repeat(starts[:, 0], len(joints), axis=0), np.repeat(starts[:, 1], len(joints), axis=0),
+            targets_ahead(look.now.path, look.now.packed, look.now.tip, times), 0,
+            faults=np.concatenate(locks), events=events.reshape(-1, 3),
+            starts=np.arange(arms + 1, dtype=np.int64),
         )  # fmt: skip
 
     def _roll_on(self, look: _Look) -> None:

@@ -208,10 +208,7 @@ def _round(twin: Any, stand: FloatArray, place: FloatArray) -> FloatArray:
 def _back_by_tip(
     twin: Any, trial: Trial, start: JointState, came: FloatArray, rows: str
 ) -> tuple[FloatArray, Tried] | None:
-    """The places of the way along the tip's, as the joints that are left follow it, and what they come to.
-
-    None where the tip does not come back to the begin of its way, in the rows kept.
-    """
+    """The places of the way along the tip's, and what they come to; None where that does not lead back."""
     view, joints = twin.view(), np.vstack([came, start.q])[::-1]
     way = np.append(0.0, np.cumsum(np.abs(np.diff(joints, axis=0)).max(axis=1)))
     s = np.linspace(0.0, way[-1], MANY + 1)

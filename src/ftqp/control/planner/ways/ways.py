@@ -48,13 +48,7 @@ def looks_per_tick(dt: float) -> int:
 
 
 def refusal(planner: Any, rows: Any = None, *, stays: bool = False) -> str:
-    """Why no way of the joints can be looked for; empty where one can.
-
-    Args:
-        planner: Whose arm it is, an ``ftqp.Planner``.
-        rows: The rows of poses that count; None: those that the planner keeps.
-        stays: Whether the tip stays where it is.
-    """
+    """Why no way of the joints can be looked for with these rows; empty where one can."""
     if planner.robot.chain.floating or not planner.robot.is_serial:
         return "arms with branches, and floating ones, go straight only"
     try:

@@ -29,7 +29,7 @@ FAILED = {"c": -999, "python": -(1 << 63)}
 
 LONG = ir.IntType(64)
 OBJECT = ir.IntType(8).as_pointer()
-GLUE = "ftqp_take", "ftqp_tick_of", "ftqp_nanoseconds"
+GLUE = ("ftqp_take",)
 """What other units have of ``glue.c``."""
 
 WASM_FEATURES = "+simd128,+bulk-memory"
