@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.going import targets_along
 
 import ftqp
 
@@ -19,10 +20,6 @@ def planner_of(detector: ftqp.Detector | bool | None = None, **settings: Any) ->
     return ftqp.Planner(robot, DT, drive=KNOWN, noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
 
 
-def circle(planner: ftqp.Planner) -> ftqp.paths.Circle:
-    return ftqp.paths.Circle(planner.robot.pose(planner.robot.neutral), 0.1, duration=4.0, axes=("y", "z"))
-
-
 def drive(
     planner: ftqp.Planner,
     seconds: float,
@@ -31,15 +28,14 @@ def drive(
     seen: Callable[[int, np.ndarray], np.ndarray] = lambda k, q: q,
 ) -> list[ftqp.Step]:
     """Lead the tip round a circle by the clock; ``truth`` moves the arm, ``seen`` makes the samples."""
-    path, generator = circle(planner), np.random.default_rng(5)
-    sample = path.sample(np.arange(0.0, seconds, DT))
     q = planner.robot.neutral.copy()
+    path = ftqp.paths.Circle(planner.robot.pose(q), 0.1, duration=4.0, axes=("y", "z"))
+    targets, generator = targets_along(path, round(seconds / DT), DT), np.random.default_rng(5)
     planner.reset(q)
     steps = []
-    for k in range(len(sample.pose)):
+    for k in range(len(targets)):
         noisy = seen(k, q + SIGMA * generator.standard_normal(7))
-        target = ftqp.Target(pose=sample.pose[k], twist=sample.twist[k], acceleration=sample.acceleration[k])
-        step = planner.step(noisy, None, target)
+        step = planner.step(noisy, None, targets.at(k))
         steps.append(step.copy())
         q = truth(k, q, step.q.copy())
     return steps

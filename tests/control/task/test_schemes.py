@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.arm_at import arm_at
 from tests.control.planner.test_soft_tasks import LIGHT
+from tests.going import closed_loop
 from tests.kernel.session_ticks import Ticks, hessian
 
 import ftqp
@@ -39,12 +40,12 @@ def circle(home, k, radius=0.05, period=2.0):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES.values(), ids=list(SCHEMES))
-def test_arm_follows_a_circle_with_every_limit_kept_through_a_locked_joint(panda, home, follow, scheme):
+def test_arm_follows_a_circle_with_every_limit_kept_through_a_locked_joint(panda, home, scheme):
     planner = planner_of(panda, scheme)
     events = {200: lambda p: p.report(ftqp.Locked(2))}
     v, locked_at = np.zeros(7), None
     limits = panda.limits
-    for k, step in enumerate(follow(planner, lambda k: circle(home, k), 600, events=events)):
+    for k, step in enumerate(closed_loop(planner, lambda k: circle(home, k), 600, events=events)):
         assert np.all(np.abs(step.v) <= limits.v_max + 1e-9)
         assert np.all(np.abs(step.v - v) <= limits.a_max * DT * (1.0 + 1e-9))
         assert step.position_error < 0.01
@@ -97,12 +98,12 @@ def test_torque_rows_hold_when_the_closed_form_breaks_them(panda, home):
     assert any("torque" in limit for limit in step.limits_active)
 
 
-def test_free_swinging_joint_moves_by_its_torque_row_and_the_task_is_kept(panda, home, follow):
+def test_free_swinging_joint_moves_by_its_torque_row_and_the_task_is_kept(panda, home):
     planner = planner_of(panda, "pseudoinverse")
     planner.reset(panda.neutral)
     planner.report(ftqp.FreeSwinging(2, damping=2.0))
     q, v = panda.neutral, np.zeros(7)
-    for step in follow(planner, ftqp.Target(pose=home), 50):
+    for step in closed_loop(planner, ftqp.Target(pose=home), 50):
         assert step.status is ftqp.StepStatus.OK
         assert np.abs(step.slack).max() < 1e-9
         arm = arm_at(panda, q, v)
@@ -126,12 +127,12 @@ def test_a_degraded_joint_is_damped_by_what_is_left_of_its_limit(panda, home):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES.values(), ids=list(SCHEMES))
-def test_all_joints_locked_stands_still_and_says_so(panda, home, follow, scheme):
+def test_all_joints_locked_stands_still_and_says_so(panda, home, scheme):
     planner = planner_of(panda, scheme)
     for joint in range(7):
         planner.report(ftqp.Locked(joint))
     home[0, 3] += 0.02
-    for step in follow(planner, ftqp.Target(pose=home), 3):
+    for step in closed_loop(planner, ftqp.Target(pose=home), 3):
         assert step.status is ftqp.StepStatus.RELAXED
         assert not step.v.any() and np.array_equal(step.q, panda.neutral)
         assert step.sigma_min == 0.0 and step.condition == np.inf
