@@ -262,18 +262,6 @@ def test_the_kernel_measures_what_coal_measures_between_links():
             assert d == pytest.approx(far, abs=1e-13)
 
 
-@pytest.mark.slow
-def test_a_motion_to_a_pose_keeps_clear_too():
-    planner = started(PANDA, DT, emergency=None, scene=scene(ball=BALL), at=START)
-    goal = TIP.copy()
-    goal[:3, 3] = 0.55, 0.3, 0.45
-    goto, q, least = ftqp.GoTo(planner, pose=goal), START.copy(), np.inf
-    for _ in range(3000):
-        step = goto.step(q, None)
-        q, least = step.q.copy(), min(least, step.clearance)
-    assert least > KEEP - 5e-5
-
-
 def test_the_solver_never_fails_beside_bodies_that_cannot_be_parted():
     shell = scene(**{f"{k}": ftqp.Sphere(0.2, TIP[:3, 3] + 0.22 * d) for k, d in enumerate(_ways())})
     planner = started(PANDA, DT, emergency=None, scene=shell, at=START)

@@ -98,15 +98,6 @@ def test_reset_asks_for_the_whole_task_again(unable):
     assert len(planner.task_rows) == 6
 
 
-def test_a_batch_gives_up_the_same_rows(unable):
-    planner = unable()
-    goal = twisted(planner.robot, 1.2)
-    step, _ = run(planner, goal, 1.0)
-    targets = ftqp.Targets(np.repeat(goal.pose[None], 500, axis=0))
-    batch = ftqp.batch.rollout(planner, planner.robot.neutral, targets=targets, threads=1)
-    np.testing.assert_allclose(batch.q[0], step.q, atol=1e-9)
-
-
 def angle(robot, q, goal):
     """How far the tip is turned from a target."""
     cosine = 0.5 * (np.trace(robot.pose(q)[:3, :3].T @ goal.pose[:3, :3]) - 1.0)
@@ -166,20 +157,6 @@ def test_fault_may_be_reported_before_reset_and_survives_it(panda, home, fault):
     planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
     planner.reset(panda.neutral)
     assert planner.faults == {"panda_joint4": fault}
-
-
-TURNING = """<robot name="turner"><link name="base"/>
-{}<link name="tip"/><joint name="end" type="fixed"><parent link="l3"/><child link="tip"/><origin xyz="0.3 0
-0"/></joint>
-</robot>""".format(
-    "".join(
-        f'<link name="l{i}"/><joint name="j{i}" type="{kind}">'
-        f'<parent link="{"base" if i == 1 else f"l{i - 1}"}"/>'
-        f'<child link="l{i}"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/>'
-        '<limit lower="-2" upper="2" velocity="1" effort="10"/></joint>'
-        for i, kind in ((1, "continuous"), (2, "revolute"), (3, "continuous"))
-    )
-)
 
 
 @pytest.fixture(scope="module")

@@ -105,17 +105,3 @@ def test_a_joint_that_is_withdrawn_is_looked_at_again(caplog: pytest.LogCaptureF
     assert "a joint that locks; if it works, planner.withdraw('panda_joint5') takes" in caplog.messages[-1]
     planner.withdraw("panda_joint5")
     assert planner.findings == () and planner.faults == {}
-
-
-@pytest.mark.long
-def test_a_fault_that_is_told_is_not_found_once_more() -> None:
-    planner = planner_of()
-
-    def truth(k: int, q: np.ndarray, sent: np.ndarray) -> np.ndarray:
-        if k == 1700:
-            planner.report(ftqp.Locked("panda_joint3", mode="instant"))
-        return lock(2, 1.7)(k, q, sent)
-
-    steps = drive(planner, 3.0, truth=truth)
-    assert planner.findings == ()
-    assert steps[-1].status is ftqp.StepStatus.OK

@@ -213,15 +213,6 @@ def test_step_before_reset_raises(panda, home, backend):
         ftqp.Planner(panda, backend=backend).step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
 
 
-def test_position_target_is_refused_by_a_task_with_rotation_rows_only(panda, home):
-    target = ftqp.Target(position=home[:3, 3])
-    planner = started(panda)
-    with pytest.raises(InputError, match=r"the task has rotation rows but the target has a position only"):
-        planner.step(panda.neutral, np.zeros(7), target)
-    planner = started(panda, task=ftqp.Task(rows="position"))
-    assert planner.step(panda.neutral, np.zeros(7), target).status is ftqp.StepStatus.OK
-
-
 @pytest.mark.parametrize(
     ("backend", "bad"), [("active_set", np.nan), ("active_set", -np.inf), ("daqp", np.inf)]
 )
