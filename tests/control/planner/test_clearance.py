@@ -25,14 +25,13 @@ def scene(**shapes):
 
 def follow(planner, goal, ticks=1500, rise=600, at=None, told=None):
     """Lead the tip to a place within ``rise`` ticks, and stay; the last step and the least clearance."""
-    planner.reset(START)
-    q, least, target = START.copy(), np.inf, TIP.copy()
-    for k in range(ticks):
-        if k == at:
-            told()
+    least, target = np.inf, TIP.copy()
+
+    def there(k):
         target[:3, 3] = TIP[:3, 3] + (np.asarray(goal) - TIP[:3, 3]) * min(k / rise, 1.0)
-        step = planner.step(q, None, ftqp.Target(pose=target))
-        q = step.q.copy()
+        return ftqp.Target(pose=target)
+
+    for step in closed_loop(planner, there, ticks, START, events={at: lambda _: told()}):
         least = min(least, step.clearance)
     return step, least
 
@@ -136,17 +135,18 @@ def test_below_the_stop_distance_an_arm_that_still_comes_nearer_is_stopped():
     assert " and ".join(step.nearest) + " were nearer than Clearance(stop=...)" in planner.stopped_because
 
 
+def beside(y):
+    target = TIP.copy()
+    target[1, 3] += y
+    return ftqp.Target(pose=target)
+
+
 def test_without_a_scene_nothing_is_kept_and_nothing_moves_otherwise():
     runs = []
     for more in ({}, {"scene": scene(far=ftqp.Sphere(0.1, (5.0, 5.0, 5.0)))}):
-        planner = started(PANDA, DT, clearance=ftqp.Clearance() if more else None, **more, at=START)
-        q, target, seen = START.copy(), TIP.copy(), []
-        for k in range(300):
-            target[:3, 3] = TIP[:3, 3] + [0.0, 0.05 * np.sin(0.01 * k), 0.0]
-            step = planner.step(q, None, ftqp.Target(pose=target))
-            q = step.q.copy()
-            seen.append(q)
-        runs.append(np.array(seen))
+        planner = ftqp.Planner(PANDA, DT, clearance=ftqp.Clearance() if more else None, **more)
+        steps = closed_loop(planner, lambda k: beside(0.05 * np.sin(0.01 * k)), 300, START)
+        runs.append(np.array([step.q.copy() for step in steps]))
     np.testing.assert_array_equal(*runs)
     bare = started(PANDA, DT, at=START)
     step = bare.step(START, None, ftqp.Target(pose=TIP))
@@ -264,11 +264,8 @@ def test_the_kernel_measures_what_coal_measures_between_links():
 
 def test_the_solver_never_fails_beside_bodies_that_cannot_be_parted():
     shell = scene(**{f"{k}": ftqp.Sphere(0.2, TIP[:3, 3] + 0.22 * d) for k, d in enumerate(_ways())})
-    planner = started(PANDA, DT, emergency=None, scene=shell, at=START)
-    q = START.copy()
-    for _ in range(400):
-        step = planner.step(q, None, ftqp.Target(pose=TIP))
-        q = step.q.copy()
+    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=shell)
+    for step in closed_loop(planner, ftqp.Target(pose=TIP), 400, START):
         assert np.isfinite(step.a).all() and (np.abs(step.a) <= PANDA.limits.a_max + 1e-9).all()
         assert step.status in (ftqp.StepStatus.RELAXED, ftqp.StepStatus.STOPPING, ftqp.StepStatus.STOPPED)
 

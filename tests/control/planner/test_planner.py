@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started
 
 import ftqp
 from ftqp.control.planner.mounted_robot import SPEED_SHARE, braking_reserve
@@ -221,12 +221,9 @@ def test_a_target_that_is_not_finite_brakes_at_once_and_the_loop_recovers(
     panda, home, level, what, bad, backend
 ):
     planner = ftqp.Planner(panda, DT, level=level, backend=backend)
-    q, v = panda.neutral.copy(), np.full(7, 0.1)
-    planner.reset(q, v)
     target = ftqp.Target(pose=home)
-    for _ in range(3):
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
+    *_, step = closed_loop(planner, target, 3, v=np.full(7, 0.1))
+    q, v = step.q.copy(), step.v.copy()
     broken = ftqp.Target(pose=home)
     getattr(broken, what).reshape(-1)[1] = bad
     step = planner.step(q, v, broken)

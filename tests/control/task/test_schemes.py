@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.arm_at import arm_at
 from tests.control.planner.test_soft_tasks import LIGHT
-from tests.going import closed_loop
+from tests.going import closed_loop, targets_along
 from tests.kernel.session_ticks import Ticks, hessian
 
 import ftqp
@@ -197,15 +197,13 @@ LIMITS = [ftqp.TorqueLimits()]
 def ends(**settings):
     """Torques of every tick of an arm that is to swing faster than its second joint can."""
     planner = ftqp.Planner(WEAK, emergency=None, **settings)
-    q, T, torques = WEAK.neutral.copy(), WEAK.pose(WEAK.neutral), []
-    planner.reset(q)
-    for k in range(300):
-        pose = T.copy()
+
+    def there(k):
+        pose = WEAK.pose(WEAK.neutral)
         pose[0, 3] += 0.1 * np.sin(0.03 * k)
-        step = planner.step(q, None, ftqp.Target(pose=pose))
-        q = step.q.copy()
-        torques.append(step.tau.copy())
-    return np.array(torques)
+        return ftqp.Target(pose=pose)
+
+    return np.array([step.tau.copy() for step in closed_loop(planner, there, 300)])
 
 
 def test_the_entry_and_the_keyword_are_the_same_to_the_last_bit(level):
@@ -341,12 +339,8 @@ def test_manipulability_draws_the_arm_away_from_a_singularity(level):
     found = {}
     for name, scheme in (("mvn", None), ("mvn_manipulability", schemes.mvn_manipulability(0.5))):
         planner = ftqp.Planner(robot, 5e-3, level=level, scheme=scheme, task=ftqp.Task(rows="position"))
-        planner.reset(q0)
-        q, v, target = q0.copy(), np.zeros(7), ftqp.Target(pose=robot.pose(q0))
-        for _ in range(600):
-            step = planner.step(q, v, target)
-            at, q, v = q, step.q.copy(), step.v.copy()
-        J = arm_at(robot, at).J[:3]
+        *_, step = closed_loop(planner, ftqp.Target(pose=robot.pose(q0)), 600, q0)
+        J = arm_at(robot, step.q).J[:3]
         found[name] = 0.5 * np.linalg.slogdet(J @ J.T)[1]
         assert step.position_error < 1e-3
     assert found["mvn_manipulability"] > found["mvn"] + 0.02
@@ -365,16 +359,11 @@ def swing(level, damping=None, scaled=False, seconds=9.0, calm=False):
     planner = ftqp.Planner(IIWA, DT, level=level, task=task, emergency=None)
     planner.report(ftqp.Locked(1, mode="instant"))
     path = ftqp.paths.Line(IIWA.pose(START), (0.0, 0.25, 0.1), duration=4.0)
-    targets = path.sample(np.arange(round(seconds / DT)) * DT)
-    packed = ftqp.Targets(targets.pose, targets.twist, targets.acceleration)
-    follower = ftqp.PathFollower(planner, path) if scaled else None
-    (planner if follower is None else follower).reset(START)
-    q, v, saturated = START.copy(), np.zeros(7), 0
-    for k in range(len(packed)):
-        step = planner.step(q, v, packed.at(k)) if follower is None else follower.step(q, v)
+    follower, ticks, saturated = ftqp.PathFollower(planner, path) if scaled else None, round(seconds / DT), 0
+    target = None if scaled else targets_along(path, ticks, DT).at
+    for step in closed_loop(follower or planner, target, ticks, START):
         saturated += (np.abs(step.a) / IIWA.limits.a_max).max() > 0.99
-        q, v = step.q.copy(), step.v.copy()
-    return saturated / len(packed), np.abs(v).max(), step, follower
+    return saturated / ticks, np.abs(step.v).max(), step, follower
 
 
 def test_greedy_motion_swings_and_damping_calms_it(level):
