@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from planar_arms import PATH, Q0, START, TASK, UNIT, links
+from tests.analysis.planar_arms import PATH, Q0, START, TASK, UNIT, links
 
 import ftqp
 from ftqp import analysis

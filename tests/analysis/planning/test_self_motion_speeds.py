@@ -1,8 +1,8 @@
 """Plans by the speed of the self-motion."""
 
 import numpy as np
-from planar_arms import Q0, TASK, survives
-from planar_arms import UNIT as ARM
+from tests.analysis.planar_arms import Q0, TASK, survives
+from tests.analysis.planar_arms import UNIT as ARM
 
 from ftqp.analysis.planning.plan_case import PlanCase, PlanSettings, planning_study
 from ftqp.analysis.planning.planned import plan
