@@ -108,8 +108,8 @@ def test_another_hand_goes_to_a_pose_and_the_tip_stays():
 def test_a_pose_out_of_reach_of_another_hand_is_told_with_its_name():
     goal = BODY.pose(BODY.neutral, RIGHT)
     goal[:3, 3] += [0.0, 0.0, 1.5]
-    mover = ftqp.GoTo(hands(), pose=goal, task=RIGHT)
-    led(mover, 12000)
+    mover = ftqp.GoTo(hands(dt=5e-3), pose=goal, task=RIGHT)
+    led(mover, 2400)
     assert mover.done and mover.status is not ftqp.GoToStatus.REACHED
     assert mover.status is ftqp.GoToStatus.UNREACHABLE and "right_hand is" in mover.sentence
 
