@@ -1,8 +1,6 @@
 """What a planner does about faults of a torque arm that it finds."""
 
 import logging
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,18 +13,12 @@ SIGMA = 1e-4
 KNOWN = ftqp.Drive(kind="torque", inertia_error=0.0)
 
 
-def planner_of(detector: ftqp.Detector | bool | None = None, **settings: Any) -> ftqp.Planner:
+def planner_of(detector=None, **settings):
     robot = ftqp.robots.load("panda")
     return ftqp.Planner(robot, DT, drive=KNOWN, noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
 
 
-def drive(
-    planner: ftqp.Planner,
-    seconds: float,
-    *,
-    truth: Callable[[int, np.ndarray, np.ndarray], np.ndarray] = lambda k, q, sent: sent,
-    seen: Callable[[int, np.ndarray], np.ndarray] = lambda k, q: q,
-) -> list[ftqp.Step]:
+def drive(planner, seconds, *, truth=lambda k, q, sent: sent, seen=lambda k, q: q):
     """Lead the tip round a circle by the clock; ``truth`` moves the arm, ``seen`` makes the samples."""
     q = planner.robot.neutral.copy()
     path = ftqp.paths.Circle(planner.robot.pose(q), 0.1, duration=4.0, axes=("y", "z"))
@@ -41,10 +33,10 @@ def drive(
     return steps
 
 
-def lock(joint: int, at: float) -> Callable[[int, np.ndarray, np.ndarray], np.ndarray]:
+def lock(joint, at):
     """A joint stands still from a time on."""
 
-    def truth(k: int, q: np.ndarray, sent: np.ndarray) -> np.ndarray:
+    def truth(k, q, sent):
         if k * DT >= at:
             sent[joint] = q[joint]
         return sent
@@ -53,7 +45,7 @@ def lock(joint: int, at: float) -> Callable[[int, np.ndarray, np.ndarray], np.nd
 
 
 @pytest.mark.parametrize("joint", [4, 5])
-def test_a_lock_that_nobody_announces_is_found_and_the_task_goes_on(joint: int) -> None:
+def test_a_lock_that_nobody_announces_is_found_and_the_task_goes_on(joint):
     planner = planner_of()
     steps = drive(planner, 4.0, truth=lock(joint, 1.7))
     name = planner.robot.joints[joint]
@@ -65,7 +57,7 @@ def test_a_lock_that_nobody_announces_is_found_and_the_task_goes_on(joint: int) 
 
 
 @pytest.mark.long
-def test_a_healthy_arm_moves_bit_for_bit_as_without_a_detector() -> None:
+def test_a_healthy_arm_moves_bit_for_bit_as_without_a_detector():
     watched, alone = planner_of(), planner_of(False)
     for with_one, without in zip(drive(watched, 2.0), drive(alone, 2.0), strict=True):
         assert (with_one.q == without.q).all() and (with_one.a == without.a).all()
@@ -80,9 +72,7 @@ def test_a_healthy_arm_moves_bit_for_bit_as_without_a_detector() -> None:
         ("sensor_biased", lambda k, q: q + 0.02 * (np.arange(7) == 3) if k >= 1500 else q),
     ],
 )
-def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(
-    kind: str, seen: Any, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(kind, seen, caplog):
     planner = planner_of()
     with caplog.at_level(logging.WARNING, "ftqp"):
         steps = drive(planner, 2.0, seen=seen)
@@ -97,7 +87,7 @@ def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(
 
 
 @pytest.mark.long
-def test_a_joint_that_is_withdrawn_is_looked_at_again(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_joint_that_is_withdrawn_is_looked_at_again(caplog):
     planner = planner_of()
     with caplog.at_level(logging.WARNING, "ftqp"):
         drive(planner, 2.0, truth=lock(4, 1.7))
