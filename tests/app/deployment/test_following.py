@@ -42,7 +42,6 @@ def built(tmp_path_factory):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("fault", [ftqp.Locked(2), ftqp.FreeSwinging(4)], ids=["locked", "free"])
 def test_a_path_is_followed_as_in_python_bit_by_bit(built, level, fault):
     planner = made(level)

@@ -69,7 +69,6 @@ TASKS = {
 }
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("name", TASKS)
 def test_a_further_task_is_that_of_python(built, name, level):
     """Its goal is where the arm begins, is moved, and counts less in the end; a joint locks meanwhile."""
