@@ -1,20 +1,14 @@
 """A fault of every kind, drawn at random: with these the laws are tested. A new kind is a line."""
 
-from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-
 import ftqp
-from ftqp.faults.kinds import Fault
 
 
-def _degraded(generator: np.random.Generator, joint: int) -> ftqp.Degraded:
+def _degraded(generator, joint):
     shares = generator.uniform(0.2, 1.0, 3)
     return ftqp.Degraded(joint, velocity=shares[0], acceleration=shares[1], torque=max(shares[2], 0.6))
 
 
-FAULTS: tuple[tuple[type[Fault], Callable[[np.random.Generator, int], Fault]], ...] = (
+FAULTS = (
     (ftqp.Locked, lambda _, joint: ftqp.Locked(joint)),
     (ftqp.Locked, lambda _, joint: ftqp.Locked(joint)),
     (ftqp.Degraded, _degraded),
@@ -26,7 +20,7 @@ FAULTS: tuple[tuple[type[Fault], Callable[[np.random.Generator, int], Fault]], .
 """Each kind as often as it is to be drawn, and how it is drawn for a joint."""
 
 
-def draw_fault(generator: np.random.Generator, robot: Any, swings: bool = True) -> Fault:
+def draw_fault(generator, robot, swings=True):
     """A random fault of a random joint; nothing swings freely on an arm without inertia.
 
     Args:

@@ -15,6 +15,33 @@ def started(robot, *args, at=None, **settings):
     return planner
 
 
+def closed_loop(led, target, ticks, q=None, v=None, events=None, reset=True, **given):
+    """The last command of a planner, or of what leads one, is the next state of its arm; yields each step.
+
+    ``target`` may be a function of the tick, and is None where a path leads; events are called with the
+    planner before the step of their tick.
+    """
+    planner = getattr(led, "planner", led)
+    q = planner.robot.neutral if q is None else np.array(q, dtype=float)
+    v = np.zeros(planner.robot.nv) if v is None else np.array(v, dtype=float)
+    if reset:
+        led.reset(q, v)
+    for k in range(ticks):
+        if events and k in events:
+            events[k](planner)
+        if target is not None:
+            given["target"] = target(k) if callable(target) else target
+        step = led.step(q, v, **given)
+        yield step
+        q, v = step.q.copy(), step.v.copy()
+
+
+def targets_along(path, ticks, dt):
+    """The targets of so many ticks on a path."""
+    sample = path.sample(dt * np.arange(ticks))
+    return ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
+
+
 def planner_at(q, level="acceleration", robot=PANDA, v=None, **settings):
     planner = ftqp.Planner(robot, DT, level=level, **settings)
     planner.reset(q, v)

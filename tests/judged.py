@@ -2,18 +2,13 @@
 
 import tomllib
 from pathlib import Path
-from typing import Literal
 
 from ftqp.app.campaign.episode_study import RAISED, Campaign, CampaignFile, EpisodeWork
 from ftqp.app.schema.reading import read
 from ftqp.core.errors import ScenarioError
 
 
-def broken_laws(
-    text: str,
-    judged: Literal["exactly", "in physics", "beside a rival"] = "exactly",
-    calm: float | None = None,
-) -> dict[str, str]:
+def broken_laws(text, judged="exactly", calm=None):
     """The laws that a scenario, the text of a TOML file, breaks, each with a sentence that says how.
 
     Files are relative to the working directory; ``judged`` and ``calm`` are keys of the table ``[campaign]``.

@@ -1,8 +1,5 @@
 """A backend that answers as it is told."""
 
-from collections.abc import Callable
-from typing import Any
-
 from ftqp.qp.adapters.backend import Backend, Claim
 
 
@@ -11,21 +8,21 @@ class Puppet(Backend):
 
     package = "none"
 
-    def __init__(self, answer: Callable[[Any], Any]) -> None:
+    def __init__(self, answer):
         super().__init__("puppet")
         self._answer = answer
 
-    def _prepare(self, qp: Any) -> None:
+    def _prepare(self, qp):
         """Nothing to prepare."""
 
-    def _run(self, qp: Any, cold: bool) -> Any:
+    def _run(self, qp, cold):
         return self._answer(qp)
 
 
-def writes(value: Any, claim: Any = Claim.SOLVED) -> Callable[[Any], Any]:
+def writes(value, claim=Claim.SOLVED):
     """An answer that is the same everywhere, and what is claimed of it."""
 
-    def answer(qp: Any) -> Any:
+    def answer(qp):
         qp.solution[:] = value
         return claim
 

@@ -1,19 +1,16 @@
 """Planar arms of the literature and closed forms of their solutions, for the tests of studies."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
-from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.model import catalog
 from ftqp.model.limits import JointLimits
 from ftqp.model.robot import Robot
 from ftqp.model.serial import Body, placement, serial_model
 
 
-def links(*lengths: float) -> Robot:
+def links(*lengths):
     """A planar arm whose joints turn without end."""
     return catalog.load("planar", lengths=lengths, continuous=True)
 
@@ -26,7 +23,7 @@ PATH = Line(START, np.array([0.5, 1.2, 0.0]) - START[:3, 3], duration=10.0)
 TASK = task_path(UNIT, PATH, dt=0.1, rows="position")
 
 
-def survives(q: FloatArray, k: int) -> BoolArray:
+def survives(q, k):
     """Which locks unit links survive at sample k of their line, for postures (n, 3): a closed form, (n, 3).
 
     It is the distance that is left for the other two links.
@@ -43,14 +40,14 @@ def survives(q: FloatArray, k: int) -> BoolArray:
     return np.stack(found, axis=1)
 
 
-def closed_form_ends(lengths: Sequence[float], x: Sequence[float]) -> list[list[float]]:
+def closed_form_ends(lengths, x):
     """Values of each joint of three at which the other two are stretched or folded, tip at x [rad].
 
     Source: goel2005, from the law of cosines with the tip at the distance R.
     """
     l1, l2, l3 = lengths
     R, toward = float(np.hypot(*x)), float(np.arctan2(x[1], x[0]))
-    ends: list[list[float]] = [[], [], []]
+    ends = [[], [], []]
     for s in (1.0, -1.0):
         cosines = (
             (l1**2 + R**2 - (l2 + s * l3) ** 2) / (2.0 * l1 * R),
@@ -64,7 +61,7 @@ def closed_form_ends(lengths: Sequence[float], x: Sequence[float]) -> list[list[
     return ends
 
 
-def telescope() -> Robot:
+def telescope():
     """A planar arm that turns, slides between 0.2 and 1.5 m and turns a link of 0.5 m."""
     bodies = [
         Body(name="turn", placement=placement((0.0, 0.0, 0.0))),

@@ -30,14 +30,6 @@ def test_without_learning_it_is_the_law_of_the_paper(name: str) -> None:
     assert run(name, learns=False).error == pytest.approx(CASES[name][4], abs=1e-3)
 
 
-def test_without_learning_an_arm_may_turn_for_ever() -> None:
-    robot = ftqp.robots.load("planar", lengths=[1, 1], continuous=True)
-    found = learned_run(robot, (2.0, np.sqrt(3.0)), np.deg2rad([0.0, -30.0]), ["j1"], learns=False)
-    last = found.errors[len(found.errors) // 2 :]
-    assert (last.min(), last.max()) == pytest.approx((1.0, 3.0), abs=1e-2)
-    assert found.path[-1, 1] - found.path[0, 1] == pytest.approx(-np.sqrt(3.0) * 60.0, rel=1e-2)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 @pytest.mark.parametrize("name", CASES)

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from planar_arms import PATH, Q0, START, TASK, UNIT, links
+from tests.analysis.planar_arms import PATH, Q0, START, TASK, UNIT, links
 
 import ftqp
 from ftqp import analysis
@@ -35,7 +35,6 @@ in_space = partial(workspace, PANDA, rows="position")
 planned = partial(plan, UNIT, rows="position", dt=0.1, settings=PlanSettings(waypoints=50, spacing=0.12))
 covered = partial(analysis.coverage, PANDA, LINE, MOTION)
 rates = partial(mission_survival, UNIT, np.ones((3, 100), dtype=bool), np.arange(100) * 36.0, 3600.0)
-runs = partial(analysis.learned_run, TWO, (1.0, 1.0), [0.1, 0.2])
 
 REFUSED = [
     # weights of rates, of the law of every study

@@ -104,9 +104,6 @@ def test_every_joint_counts_where_there_are_as_many_as_rows() -> None:
     assert structural_joints(puma) == puma.joints
 
 
-POSTURE = [0.3, 0.6, 0.2, -1.2, 0.3, 1.6, 0.4]
-
-
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "xarm7"])
 def test_energy_is_the_potential_energy_lost_on_the_way_to_the_stop(name):
     robot = ftqp.robots.load(name)

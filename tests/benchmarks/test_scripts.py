@@ -1,13 +1,12 @@
 """Every benchmark runs, and what it times is right; no speed is judged here."""
 
 import json
-from pathlib import Path
 
 import pytest
 from tests.scripts import ran, told
 
 
-def test_memory_of_every_stage_adds_up(tmp_path: Path) -> None:
+def test_memory_of_every_stage_adds_up(tmp_path):
     result = json.loads(told("benchmarks/bench_memory.py", "--runs", 1, "--json", "--out", tmp_path))
     assert [row["level"] for row in result["rows"]] == ["velocity", "acceleration"]
     for row in result["rows"]:
@@ -19,7 +18,7 @@ def test_memory_of_every_stage_adds_up(tmp_path: Path) -> None:
     assert written.pop("commit") and written == result
 
 
-def test_arms_of_a_batch_that_are_healthy_keep_to_their_path() -> None:
+def test_arms_of_a_batch_that_are_healthy_keep_to_their_path():
     rows = json.loads(told("benchmarks/bench_batch.py", "--arms", 2, "--ticks", 800, "--json"))["rows"]
     assert [(row["level"], row["fault"]) for row in rows] == [
         ("velocity", False), ("velocity", True), ("acceleration", False), ("acceleration", True),
@@ -37,8 +36,6 @@ def test_arms_of_a_batch_that_are_healthy_keep_to_their_path() -> None:
         ("bench_step", ("--update-docs", "--peers", "--ways", "paced"), "in every way"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_a_sentence(
-    script: str, arguments: tuple[str, ...], said: str
-) -> None:
+def test_what_makes_no_sense_is_refused_in_a_sentence(script, arguments, said):
     done = ran(f"benchmarks/{script}.py", *arguments)
     assert done.returncode == 2 and done.stdout == "" and said in done.stderr

@@ -3,6 +3,7 @@
 import logging
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import ftqp
@@ -100,42 +101,35 @@ def test_a_speed_of_80_rad_a_second_is_a_finding():
     assert not any("looks like" in one.sentence for one in PANDA.with_limits(v_max=3.0).findings)
 
 
-def test_a_path_in_millimetres_is_a_warning(caplog):
+def goes_round(planner, far):
+    ftqp.PathFollower(planner, ftqp.paths.Circle(POSE, radius=far, duration=4.0))
+
+
+def stands(planner, far):
+    scene = ftqp.Scene()
+    scene.add("table", ftqp.Box((0.1, 0.1, 0.1), (far, 0.0, 0.0)))
+    ftqp.Planner(PANDA, scene=scene).reset(PANDA.neutral)
+
+
+@pytest.mark.parametrize(
+    ("tell", "far", "sentence"),
+    [
+        (goes_round, 0.05, "the path goes 99.69 m from the base of an arm that reaches 1.1 m"),
+        (lambda planner, far: planner.tool(pin.SE3(np.eye(3), np.array([0.0, 0.0, far])).homogeneous), 0.12,
+         "the tool is 120 m long, at the end of an arm that reaches 1.1 m"),
+        (lambda planner, far: planner.carry(ftqp.Payload(mass=0.5, com=(0.0, 0.0, far))), 0.05,
+         "the centre of mass of the load is 50 m from the end effector"),
+        (stands, 0.6, "table is 600 m"),
+    ],
+)  # fmt: skip
+def test_a_length_in_millimetres_is_a_warning(caplog, tell, far, sentence):
     planner = ftqp.Planner(PANDA, task=ftqp.Task(mode="scaled"))
     planner.reset(PANDA.neutral)
-    ftqp.PathFollower(planner, ftqp.paths.Circle(POSE, radius=0.05, duration=4.0))
+    tell(planner, far)
     assert not said(caplog, "millimetres")
-    ftqp.PathFollower(planner, ftqp.paths.Circle(POSE, radius=50.0, duration=4.0))
-    (one,) = said(caplog, "the path goes 99.69 m from the base of an arm that reaches 1.1 m")
-    assert "multiply it by 0.001" in one.getMessage()
-
-
-def test_a_tool_in_millimetres_is_a_warning(caplog):
-    planner, T = ftqp.Planner(PANDA), np.eye(4)
-    planner.reset(PANDA.neutral)
-    T[2, 3] = 0.12
-    planner.tool(T)
-    assert not said(caplog, "millimetres")
-    T[2, 3] = 120.0
-    planner.tool(T)
-    assert len(said(caplog, "the tool is 120 m long, at the end of an arm that reaches 1.1 m")) == 1
-
-
-def test_a_load_in_millimetres_is_a_warning(caplog):
-    planner = ftqp.Planner(PANDA)
-    planner.reset(PANDA.neutral)
-    planner.carry(ftqp.Payload(mass=0.5, com=(0.0, 0.0, 0.05)))
-    assert not said(caplog, "millimetres")
-    planner.carry(ftqp.Payload(mass=0.5, com=(0.0, 0.0, 50.0)))
-    assert len(said(caplog, "the centre of mass of the load is 50 m from the end effector")) == 1
-
-
-def test_a_scene_in_millimetres_is_a_warning(caplog):
-    for far, count in ((0.6, 0), (600.0, 1)):
-        scene = ftqp.Scene()
-        scene.add("table", ftqp.Box((0.1, 0.1, 0.1), (far, 0.0, 0.0)))
-        ftqp.Planner(PANDA, scene=scene).reset(PANDA.neutral)
-        assert len(said(caplog, "table is 600 m")) == count and len(said(caplog, "millimetres")) == count
+    tell(planner, 1000.0 * far)
+    (one,) = said(caplog, sentence)
+    assert "millimetres" in one.getMessage()
 
 
 @pytest.mark.parametrize(
@@ -158,15 +152,6 @@ def test_faults_without_their_times_are_answered_with_a_schedule():
         ftqp.InputError, match=r"schedule is .*list, expected ftqp.Schedule\(\[ftqp.FaultEvent\(1.0,"
     ):
         ftqp.Simulation(planner, path, q=PANDA.neutral, schedule=[ftqp.Locked(2)])
-
-
-def test_starts_of_a_batch_are_named_as_they_were_given():
-    planner = ftqp.Planner(PANDA, level="velocity")
-    targets = ftqp.Targets(np.array([POSE]), np.zeros((1, 6)))
-    with pytest.raises(
-        ftqp.InputError, match=r"q has shape \(6,\), expected \(B, nv\) = \(B, 7\), or \(nv,\)"
-    ):
-        ftqp.batch.rollout(planner, PANDA.neutral[:6], targets=targets)
 
 
 def test_what_a_console_shows_of_a_planner_s_answers_is_a_line():

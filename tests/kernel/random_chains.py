@@ -39,19 +39,24 @@ KINDS = {
 }
 
 
-def random_model(rng: np.random.Generator, joints: int) -> Any:
-    """A pinocchio model of ``joints`` joints with rotors, every kind drawn alike, and a frame ``tip``."""
+def random_model(rng: np.random.Generator, joints: int, branching: float = 0.0) -> Any:
+    """A pinocchio model of ``joints`` joints with rotors, every kind drawn alike, and a frame ``tip``.
+
+    That share of the joints hangs on any joint before it or on the base, the others on the last; the tip of a
+    tree is on any joint.
+    """
     model = pin.Model()
-    parent = 0
     kinds = rng.permutation(np.resize(rng.permutation(list(KINDS)), joints))
     for i, kind in enumerate(kinds):
+        parent = int(rng.integers(0, i + 1)) if branching and rng.random() < branching else i
         placement = pin.SE3(pin.exp3(rng.uniform(-2.0, 2.0, 3)), rng.uniform(-0.4, 0.4, 3))
-        parent = model.addJoint(parent, KINDS[kind](rng), placement, f"j{i}_{kind}")
+        made = model.addJoint(parent, KINDS[kind](rng), placement, f"j{i}_{kind}")
         body = pin.Inertia.FromEllipsoid(rng.uniform(0.5, 5.0), *rng.uniform(0.05, 0.3, 3))
         turned = pin.SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-0.2, 0.2, 3))
-        model.appendBodyToJoint(parent, body, turned)
+        model.appendBodyToJoint(made, body, turned)
     end = pin.SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-0.3, 0.3, 3))
-    model.addFrame(pin.Frame("tip", parent, 0, end, pin.FrameType.OP_FRAME))
+    carries = int(rng.integers(1, joints + 1)) if branching else joints
+    model.addFrame(pin.Frame("tip", carries, 0, end, pin.FrameType.OP_FRAME))
     model.armature = rng.uniform(0.0, 1.0, joints)
     model.gravity.linear = rng.uniform(-10.0, 10.0, 3)
     return model

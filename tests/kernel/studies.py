@@ -1,17 +1,13 @@
 """Studies of arms for the tests of the kernel."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.stats import qmc
 
-from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.study_session import StudySession
 from ftqp.model import catalog
-from ftqp.model.robot import Robot
 
 
-def study_of(robot: Robot, rows: Sequence[int], step: float = 0.05, *, limited: bool = False) -> StudySession:
+def study_of(robot, rows, step=0.05, *, limited=False):
     """A study of a robot, by default without its limits."""
     low, high = robot.limits.q_min, robot.limits.q_max
     free = np.full(robot.nv, np.inf)
@@ -26,18 +22,18 @@ def study_of(robot: Robot, rows: Sequence[int], step: float = 0.05, *, limited: 
     )
 
 
-def unit_arm(joints: int = 3) -> Robot:
+def unit_arm(joints=3):
     """A planar arm of links of 1 m whose joints turn without end."""
     return catalog.load("planar", lengths=(1.0,) * joints, continuous=True)
 
 
-def at(x: float, y: float) -> FloatArray:
+def at(x, y):
     """The pose of a planar goal."""
     T = np.eye(4)
     T[:2, 3] = x, y
     return T
 
 
-def starts(joints: int, count: int = 64) -> FloatArray:
+def starts(joints, count=64):
     """Joint values that fill one turn each, (count, joints)."""
     return np.asarray((2.0 * qmc.Sobol(joints, seed=0).random(count) - 1.0) * np.pi)

@@ -8,7 +8,6 @@ import pytest
 from tests.model.random_robots import order_in, positions_in, random_robot
 
 import ftqp
-from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model import catalog
@@ -22,17 +21,17 @@ SIZES = (3, 5, 8, 13, 20, 32)
 BASE = Inertial(mass=40.0, com=np.array([0.1, 0.0, 0.2]), inertia=np.diag([2.0, 2.5, 3.0]))
 
 
-def close(found: np.ndarray, expected: np.ndarray, tolerance: float = 1e-12) -> bool:
+def close(found, expected, tolerance=1e-12):
     return bool(np.abs(found - expected).max() <= tolerance * max(float(np.abs(expected).max()), 1.0))
 
 
-def frame_of(model: pin.Model, name: str, full: np.ndarray) -> pin.SE3:
+def frame_of(model, name, full):
     data = model.createData()
     pin.framesForwardKinematics(model, data, full)
     return data.oMf[model.getFrameId(name)]
 
 
-def placed(robot: Robot, q: np.ndarray) -> list[np.ndarray]:
+def placed(robot, q):
     """Joint frames by the product of transforms that the docstring of Chain gives."""
     chain, found = robot.chain, []
     for i, value in enumerate(q):
@@ -48,7 +47,7 @@ def placed(robot: Robot, q: np.ndarray) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("count", SIZES)
-def test_pose_jacobian_inertia_and_bias_are_those_of_the_model_that_was_given(count: int) -> None:
+def test_pose_jacobian_inertia_and_bias_are_those_of_the_model_that_was_given(count):
     rng = np.random.default_rng(count)
     for _ in range(4):
         robot, model = random_robot(rng, count)
@@ -79,7 +78,7 @@ def test_pose_jacobian_inertia_and_bias_are_those_of_the_model_that_was_given(co
 
 
 @pytest.mark.parametrize("count", SIZES)
-def test_any_frame_has_its_joint_and_its_place_there(count: int) -> None:
+def test_any_frame_has_its_joint_and_its_place_there(count):
     rng = np.random.default_rng(count)
     robot, model = random_robot(rng, count)
     for name in (*robot.tips, *robot.joints):
@@ -96,7 +95,7 @@ def test_any_frame_has_its_joint_and_its_place_there(count: int) -> None:
 
 
 @pytest.mark.parametrize("count", SIZES)
-def test_a_skeleton_in_a_log_places_joints_and_tip(count: int) -> None:
+def test_a_skeleton_in_a_log_places_joints_and_tip(count):
     rng = np.random.default_rng(count)
     robot, _ = random_robot(rng, count)
     kept = json.loads(json.dumps(Skeleton.of(robot.chain).facts()))
@@ -107,12 +106,12 @@ def test_a_skeleton_in_a_log_places_joints_and_tip(count: int) -> None:
 
 
 @pytest.mark.parametrize("count", SIZES)
-def test_a_urdf_gives_the_same_robot_back(count: int) -> None:
+def test_a_urdf_gives_the_same_robot_back(count):
     rng = np.random.default_rng(count)
     robot, _ = random_robot(rng, count)
     again = Robot.from_urdf(robot.to_urdf(), tips=robot.tips, gravity=robot.chain.gravity)
     of = [again.joint(name) for name in robot.joints]
-    assert again.tips == robot.tips
+    assert (again.name, again.tips) == (robot.name, robot.tips)
     for field in ("q_min", "q_max", "v_max", "a_max", "tau_max", "j_max"):
         assert getattr(again.limits, field)[of].tolist() == getattr(robot.limits, field).tolist()
     for _ in range(3):
@@ -125,7 +124,7 @@ def test_a_urdf_gives_the_same_robot_back(count: int) -> None:
         assert close(again.bias(turned, speed)[of], robot.bias(q, v))
 
 
-def test_dual_panda_is_two_pandas() -> None:
+def test_dual_panda_is_two_pandas():
     one, two = catalog.load("panda"), catalog.load("dual_panda", apart=0.8)
     assert two.tips == ("left_hand", "right_hand")
     assert two.joints == tuple(f"{side}_joint{i}" for side in ("left", "right") for i in range(1, 8))
@@ -139,12 +138,10 @@ def test_dual_panda_is_two_pandas() -> None:
         assert close(two.mass_matrix(q)[own, own], one.mass_matrix(q[own]))
         assert close(two.bias(q, v)[own], one.bias(q[own], v[own]))
     assert not two.mass_matrix(q)[:7, 7:].any()
-    with pytest.raises(InputError, match="apart"):
-        catalog.load("dual_panda", apart=0.0)
 
 
 @pytest.mark.parametrize("count", [3, 7, 12])
-def test_a_planar_base_moves_all_that_stands_on_it(count: int) -> None:
+def test_a_planar_base_moves_all_that_stands_on_it(count):
     rng = np.random.default_rng(count)
     robot, _ = random_robot(rng, count)
     based = robot.on_planar_base(v_max=[1.0, 1.0, 2.0], a_max=2.0, inertial=BASE)
@@ -180,7 +177,7 @@ UNALIGNED_CONTINUOUS = """<robot name="c"><link name="base"/><link name="one"><i
 link="one"/> <axis xyz="1 2 -3"/></joint></robot>"""
 
 
-def test_continuous_joint_about_a_slanted_axis_is_turned_to_its_z_axis() -> None:
+def test_continuous_joint_about_a_slanted_axis_is_turned_to_its_z_axis():
     robot = Robot.from_urdf(UNALIGNED_CONTINUOUS, "one")
     assert robot.chain.continuous.tolist() == [True]
     assert (robot.nq, robot.nv) == (2, 1)
@@ -206,7 +203,6 @@ def test_the_robot_is_the_same_and_its_tip_is_the_frame(frame):
     assert robot.with_first_tip(LEFT).tips[0] == LEFT
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_a_goal_is_of_that_tip_while_the_other_stays_and_a_joint_fails(level):
     tasks = [ftqp.Task(), ftqp.PoseTask(LEFT, level=0)]
     planner = ftqp.Planner(TURNED, 2e-3, level=level, tasks=tasks)

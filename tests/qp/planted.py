@@ -20,7 +20,7 @@ class Planted:
     z_box: FloatArray
 
 
-def hessian(rng: np.random.Generator, n: int, kind: str) -> FloatArray:
+def hessian(rng, n, kind):
     """``identity``, ``diagonal`` (ones, 1e3), ``dense`` (condition 1e2) or ``mtn`` (M'M, condition 1e8)."""
     if kind == "identity":
         return np.eye(n)
@@ -32,17 +32,7 @@ def hessian(rng: np.random.Generator, n: int, kind: str) -> FloatArray:
     return 0.5 * (H + H.T)
 
 
-def planted(
-    rng: np.random.Generator,
-    n: int = 7,
-    m: int = 3,
-    p: int = 4,
-    *,
-    kind: str = "dense",
-    fixed: int = 0,
-    equal_rows: int = 0,
-    unbounded: float = 0.25,
-) -> Planted:
+def planted(rng, n=7, m=3, p=4, *, kind="dense", fixed=0, equal_rows=0, unbounded=0.25):
     """A random QP whose solution is known.
 
     Args:
@@ -68,9 +58,7 @@ def planted(
     return Planted(problem=QP(H, g, A, A @ x, C, l, u, lb, ub), x=x, y=y, z=z, z_box=z_box)
 
 
-def _side(
-    rng: np.random.Generator, value: FloatArray, equal: int, active: int, unbounded: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _side(rng, value, equal, active, unbounded):
     """Bounds around ``value`` and multipliers; in a random order the first are equal, the next active."""
     k = len(value)
     low, high, z = value - rng.uniform(0.1, 2.0, k), value + rng.uniform(0.1, 2.0, k), np.zeros(k)
@@ -88,7 +76,7 @@ def _side(
     return low, high, z
 
 
-def infeasible(rng: np.random.Generator, n: int = 7, m: int = 3, p: int = 4) -> QP:
+def infeasible(rng, n=7, m=3, p=4):
     """A QP whose equalities are out of reach of its box."""
     A = rng.normal(size=(m, n))
     reach = np.abs(A).sum(axis=1)
@@ -106,19 +94,19 @@ def infeasible(rng: np.random.Generator, n: int = 7, m: int = 3, p: int = 4) -> 
     )
 
 
-def fill(buffers: QPBuffers, problem: QP) -> QPBuffers:
+def fill(buffers, problem):
     """``buffers``, holding ``problem`` now."""
     for name in ("H", "g", "A", "b", "C", "l", "u", "lb", "ub"):
         getattr(buffers, name)[...] = getattr(problem, name)
     return buffers
 
 
-def buffers(problem: QP) -> QPBuffers:
+def buffers(problem):
     """New buffers that hold ``problem``."""
     return fill(QPBuffers.zeros(problem.n, problem.m, problem.p), problem)
 
 
-def flat_qp(seed: int) -> QP:
+def flat_qp(seed):
     """A QP with a solution, an H of any rank below full at any scale, and no box."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(3, 31))
@@ -133,7 +121,7 @@ def flat_qp(seed: int) -> QP:
     return QP(H, -(H @ x + A.T @ rng.normal(size=m) + C.T @ z), A, A @ x, *rows)
 
 
-def contradicting_qp(seed: int, margin: float, size: float = 1.0) -> QP:
+def contradicting_qp(seed, margin, size=1.0):
     """A QP whose rows, weighted and added, ask for less than 0 by a margin, of points far off by ``size``."""
     rng = np.random.default_rng(seed)
     n, p = int(rng.integers(2, 12)), int(rng.integers(2, 20))

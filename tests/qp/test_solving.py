@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from planted import buffers, contradicting_qp, flat_qp, infeasible, planted
-from solvers import ADAPTED, NATIVE, tolerance
+from tests.qp.planted import buffers, contradicting_qp, flat_qp, infeasible, planted
+from tests.qp.solvers import ADAPTED, NATIVE, tolerance
 
 from ftqp import InputError
 from ftqp.qp import QP, Claim, SolveStatus, backend, solve
@@ -86,15 +86,10 @@ def test_an_unbounded_qp_is_failed():
 
 
 def test_wrong_calls_are_refused_in_one_sentence():
-    qp = QP(np.eye(1), [0.0])
     with pytest.raises(InputError, match=r"expected an ftqp\.QP"):
         solve({"H": 1})
-    with pytest.raises(InputError, match="'tolerence' is not a setting of backend 'daqp'"):
-        solve(qp, "daqp", tolerence=1e-3)
     with pytest.raises(InputError, match="tolerance were given together with a backend that is not a name"):
-        solve(qp, {"name": "daqp"}, tolerance=1e-3)
-    with pytest.raises(InputError, match="not a backend"):
-        solve(qp, "none")
+        solve(QP(np.eye(1), [0.0]), {"name": "daqp"}, tolerance=1e-3)
 
 
 def test_a_qp_beyond_the_capacity_of_the_kernel_names_the_way_out():
@@ -160,11 +155,6 @@ def test_parts_are_copies_contiguous_and_read_only():
         assert not part.flags.writeable
     with pytest.raises(dataclasses.FrozenInstanceError):
         qp.H = np.eye(2)
-
-
-def test_a_semidefinite_hessian_is_accepted():
-    assert QP(np.diag([1.0, 0.0]), [0, 0]).n == 2
-    assert QP(np.zeros((2, 2)), [0, 0]).n == 2
 
 
 def test_the_objective_is_half_x_h_x_plus_g_x():

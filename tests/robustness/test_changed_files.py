@@ -2,10 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -98,7 +95,7 @@ def changed(draw):
     return name, "\n".join(lines)
 
 
-def use(drawn, folder: Path):
+def use(drawn, folder):
     """Use the file, or see it refused in words without control characters; it stays as it is."""
     name, text = drawn
     file = folder / name
@@ -141,7 +138,7 @@ BOMB = """<?xml version="1.0"?><!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa">
 <robot name="&c;"><link name="base"/></robot>"""
 
 
-def test_missing_file_folder_and_wrong_types_are_named(tmp_path: Path) -> None:
+def test_missing_file_folder_and_wrong_types_are_named(tmp_path):
     with pytest.raises(InputError, match=r"^URDF 'nowhere.urdf' does not exist; expected a file or XML text"):
         Robot.from_urdf("nowhere.urdf")
     with pytest.raises(InputError, match="is a folder, expected a file"):
@@ -154,14 +151,14 @@ def test_missing_file_folder_and_wrong_types_are_named(tmp_path: Path) -> None:
             Robot.from_urdf(source)
 
 
-def test_bomb_in_a_text_is_refused() -> None:
+def test_bomb_in_a_text_is_refused():
     with pytest.raises(InputError, match="declares a document type or an entity"):
         Robot.from_urdf(BOMB)
     with pytest.raises(InputError, match="declares a document type or an entity"):
         Robot.from_mjcf(BOMB.replace("robot", "mujoco"))
 
 
-def test_mjcf_in_several_files_is_read_with_all_of_them(tmp_path: Path) -> None:
+def test_mjcf_in_several_files_is_read_with_all_of_them(tmp_path):
     pytest.importorskip("mujoco")
     path = tmp_path / "arm.xml"
     path.write_text(
@@ -191,16 +188,16 @@ duration = 1.0
 
 
 @pytest.fixture
-def refused(tmp_path: Path) -> Callable[..., str]:
+def refused(tmp_path):
     """Runs a scenario that must be refused; returns what is said."""
 
-    def run(source: str | Path, *overrides: str) -> str:
+    def run(source, *overrides):
         out = tmp_path / "out"
         before = sorted(tmp_path.rglob("*"))
         arguments = ["run", str(source), "--out", str(out)]
         for override in overrides:
             arguments += ["--set", override]
-        result: Any = CliRunner().invoke(app, arguments)
+        result = CliRunner().invoke(app, arguments)
         assert result.exit_code == 2, (result.exit_code, result.output, result.exception)
         assert result.stdout == ""
         assert sorted(tmp_path.rglob("*")) == before
@@ -212,14 +209,14 @@ def refused(tmp_path: Path) -> Callable[..., str]:
 
 
 @pytest.fixture
-def good(tmp_path: Path) -> Path:
+def good(tmp_path):
     """A scenario that can be run."""
     file = tmp_path / "good.toml"
     file.write_text(GOOD, encoding="utf-8")
     return file
 
 
-def test_missing_file_names_the_nearest_file(refused: Callable[..., str], good: Path) -> None:
+def test_missing_file_names_the_nearest_file(refused, good):
     assert f"did you mean '{good}'?" in refused(good.with_name("goood.toml"))
 
 
@@ -244,15 +241,11 @@ def test_missing_file_names_the_nearest_file(refused: Callable[..., str], good: 
         ("path={kind='circle', radius=0.1, duration=1.0, turns=1e300}", "path.turns is 1e+300, expected a"),
     ],
 )
-def test_one_fault_gives_one_clear_sentence(
-    refused: Callable[..., str], good: Path, override: str, sentence: str
-) -> None:
+def test_one_fault_gives_one_clear_sentence(refused, good, override, sentence):
     assert sentence in refused(good, override)
 
 
-def test_start_outside_its_limits_names_every_joint_and_its_limit(
-    refused: Callable[..., str], good: Path
-) -> None:
+def test_start_outside_its_limits_names_every_joint_and_its_limit(refused, good):
     said = refused(good, "start.q=[0.0, -0.785, 0.0, 0.5, 0.0, 1.571, 9.0]")
     assert "start: panda_joint4 starts at 0.5, above its limit -0.0698" in said
     assert "panda_joint7 starts at 9, above its limit 2.897" in said
@@ -269,8 +262,6 @@ def test_start_outside_its_limits_names_every_joint_and_its_limit(
         ("panda", 'kind = "degraded"\njoint = 0\nq_min = 3.0', "the range left of panda_joint1 is empty"),
     ],
 )
-def test_fault_that_the_arm_cannot_have_is_refused(
-    refused: Callable[..., str], good: Path, robot: str, fault: str, said: str
-) -> None:
+def test_fault_that_the_arm_cannot_have_is_refused(refused, good, robot, fault, said):
     good.write_text(GOOD.replace("panda", robot) + f"\n[[faults]]\n{fault}\nat = 0.5\n")
     assert said in refused(good)

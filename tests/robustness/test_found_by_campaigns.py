@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop, targets_along
 from tests.judged import broken_laws
 
 import ftqp
@@ -215,18 +216,10 @@ def test_an_arm_whose_last_millimetre_cannot_be_had_comes_to_rest():
     robot = ftqp.robots.load("zhang7")
     dt = 0.01
     planner = ftqp.Planner(robot, dt, level="velocity", scheme="rmp")
-    q = np.array(START)
-    planner.reset(q)
-    path = ftqp.paths.Circle(robot.pose(q), radius=0.084957865455807, duration=0.9808366061396421)
-    samples = path.sample(dt * np.arange(900))
-    targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
-    fastest = []
-    for k in range(900):
-        if k == 22:
-            planner.report(ftqp.Locked(4))
-        step = planner.step(q, None, targets.at(k))
-        q = step.q.copy()
-        fastest.append(np.abs(step.v / robot.limits.v_max).max())
+    path = ftqp.paths.Circle(robot.pose(START), radius=0.084957865455807, duration=0.9808366061396421)
+    lock = {22: lambda planner: planner.report(ftqp.Locked(4))}
+    steps = closed_loop(planner, targets_along(path, 900, dt).at, 900, START, events=lock)
+    fastest = [np.abs(step.v / robot.limits.v_max).max() for step in steps]
     assert max(fastest[800:]) < 2e-3  # 0.064, for ever, before
 
 
@@ -280,13 +273,10 @@ def statuses_from_wild_states(planner, episodes, ticks):
             planner.report(ftqp.Locked(second))
         elif rng.random() < 0.3 and weak != 0:
             planner.report(ftqp.FreeSwinging(0, damping=0.5))  # it swings and leaves the task alone
-        planner.reset(q, v)
         near = np.clip(q + rng.uniform(-0.2, 0.2, n), limits.q_min, limits.q_max)
-        target = ftqp.Target(pose=PANDA.pose(near))
-        for _ in range(ticks):
-            step = planner.step(q, v, target)
+        for step in closed_loop(planner, ftqp.Target(pose=PANDA.pose(near)), ticks, q, v):
             found.append((step.status.name, step.torque_excess))
-            q, v = step.q.copy(), step.v.copy()
+        q, v = step.q.copy(), step.v.copy()
     return found
 
 
@@ -332,13 +322,10 @@ def test_a_heavy_arm_whose_motors_are_too_weak_does_not_fall_back_either(mode, l
             torque, acceleration = rng.uniform(0.1, 0.9), rng.uniform(0.05, 0.6)
             planner.report(ftqp.Degraded(joint, torque=torque, acceleration=acceleration))
         q, v = rng.uniform(robot.limits.q_min, robot.limits.q_max), rng.uniform(-0.4, 0.4, 6)
-        planner.reset(q, v)
         target = ftqp.Target(pose=robot.pose(q + rng.uniform(-0.2, 0.2, 6)))
-        for _ in range(8):
-            step = planner.step(q, v, target)
+        for step in closed_loop(planner, target, 8, q, v):
             assert step.status is ftqp.StepStatus.RELAXED
             excess = max(excess, step.torque_excess)
-            q, v = step.q.copy(), step.v.copy()
     assert excess > 10.0  # the case is met at all
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop
 
 import ftqp
 
@@ -78,16 +79,12 @@ def test_arm_that_cannot_carry_its_load_comes_to_rest(level, burden):
     pose = robot.pose(q).copy()
     pose[:3, 3] += 0.1 * rng.normal(size=3)
     target = ftqp.Target(pose=pose)
-    for _ in range(200):
-        q = planner.step(q, None, target).q.copy()
+    *_, step = closed_loop(planner, target, 200, q, reset=False)
     planner.stop()
-    for _ in range(round(6.0 / DT)):
-        step = planner.step(q, None, target)
-        q = step.q.copy()
+    *_, step = closed_loop(planner, target, round(6.0 / DT), step.q, reset=False)
     assert step.status is ftqp.StepStatus.STOPPED
-    for _ in range(500):
-        step = planner.step(q, None, target)
-        assert np.abs(step.v).max() < 1e-12
+    rest = closed_loop(planner, target, 500, step.q, reset=False)
+    assert max(np.abs(step.v).max() for step in rest) < 1e-12
 
 
 def speeds(planner, q, pose, seconds, *, dead=None):

@@ -35,27 +35,18 @@ FAULTS = [
     Locked("panda_joint3", mode="instant", reset="momentum"),
     Locked("panda_joint3", mode="instant", reset="task"),
     Degraded("panda_joint4", velocity=0.3, acceleration=0.5, torque=0.9),
+    FreeSwinging("panda_joint3", damping=2.0),
 ]
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_arm_of_a_planner_told_at_once_moves_bitwise_as_commanded(panda, path, fault, level):
     plant = Witness(panda, DT, level)
-    planner = Planner(panda, dt=DT, level=level)
+    planner = Planner(panda, dt=DT, level=level, emergency=None)
     schedule = Schedule([FaultEvent(AT, fault)])
     result = Simulation(planner, path, q=panda.neutral, schedule=schedule, plant=plant).run()
     assert plant.differs.max() == 0.0
-    assert result.completed
-
-
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
-def test_free_swinging_joint_of_a_planner_told_at_once_moves_as_commanded(panda, path, level):
-    plant = Witness(panda, DT, level)
-    planner = Planner(panda, dt=DT, level=level, emergency=None)
-    schedule = Schedule([FaultEvent(AT, FreeSwinging("panda_joint3", damping=2.0))])
-    Simulation(planner, path, q=panda.neutral, schedule=schedule, plant=plant).run()
-    assert plant.differs.max() == 0.0
+    assert result.completed or fault.kind == "free_swinging"
 
 
 def test_log_shows_the_interval_of_the_locked_joint_closed(panda, path, tmp_path):
@@ -80,7 +71,6 @@ def test_planner_forgets_between_runs_what_this_simulation_told_it(panda, path):
     np.testing.assert_array_equal(simulation.run().q, first)
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_path_led_by_its_progress_ends_when_it_is_done(tmp_path, level):
     robot = catalog.load("panda")
     planner = Planner(robot, 5e-3, level=level, task=Task(mode="scaled"))

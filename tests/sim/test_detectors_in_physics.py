@@ -1,7 +1,5 @@
 """Detectors on arms in physics: led round circles, at rest, and behind MuJoCo's own position servos."""
 
-from collections.abc import Callable
-
 import mujoco
 import numpy as np
 import pytest
@@ -11,18 +9,9 @@ from ftqp.sim.plants.troubled_plant import Jammed, Weakened
 
 DT, SIGMA, BANDWIDTH = 1e-3, 1e-4, 94.0
 AT, FREED = 1.0, 1.5
-Happens = Callable[[int, ftqp.MujocoPlant, ftqp.Planner], None]
 
 
-def led(
-    drive: str,
-    happens: Happens = lambda k, plant, planner: None,
-    *,
-    ticks: int,
-    radius: float = 0.08,
-    friction: list[float] | None = None,
-    **settings: object,
-) -> tuple[ftqp.Planner, np.ndarray]:
+def led(drive, happens=lambda k, plant, planner: None, *, ticks, radius=0.08, friction=None, **settings):
     """A Panda led round circles, or to stand where the radius is 0, and the true errors of its tip [m]."""
     robot = ftqp.robots.load("panda")
     robot = robot if friction is None else robot.with_friction(coulomb=friction)
@@ -56,10 +45,10 @@ def led(
     return planner, errors
 
 
-def jam(joint: int) -> Happens:
+def jam(joint):
     """A joint is held for half a second."""
 
-    def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:
+    def happens(k, plant, planner):
         if k == round(AT / DT):
             plant.suffer(Jammed(joint))
         if k == round(FREED / DT):
@@ -68,24 +57,24 @@ def jam(joint: int) -> Happens:
     return happens
 
 
-def lock(joint: int) -> Happens:
+def lock(joint):
     """A brake closes, and nobody announces it."""
 
-    def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:
+    def happens(k, plant, planner):
         if k == round(AT / DT):
             plant.fail(ftqp.Locked(joint))
 
     return happens
 
 
-def standing(drive: str, happens: Happens = lambda k, plant, planner: None, **settings: object):
+def standing(drive, happens=lambda k, plant, planner: None, **settings):
     """The same of an arm that is to hold its tip where it is."""
     return led(drive, happens, radius=0.0, task=ftqp.Task(rows="position"), **settings)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("drive", "joint"), [("position", 2), ("velocity", 3), ("torque", 3)])
-def test_a_joint_that_was_jammed_for_half_a_second_goes_on_being_used(drive: str, joint: int) -> None:
+def test_a_joint_that_was_jammed_for_half_a_second_goes_on_being_used(drive, joint):
     planner, errors = led(drive, jam(joint), ticks=3800)
     name = planner.robot.joints[joint]
     assert {finding.joint for finding in planner.findings} == {name}
@@ -96,8 +85,8 @@ def test_a_joint_that_was_jammed_for_half_a_second_goes_on_being_used(drive: str
 
 
 @pytest.mark.long
-def test_what_a_user_reported_stays_whatever_the_joint_does() -> None:
-    def happens(k: int, plant: ftqp.MujocoPlant, planner: ftqp.Planner) -> None:
+def test_what_a_user_reported_stays_whatever_the_joint_does():
+    def happens(k, plant, planner):
         jam(3)(k, plant, planner)
         if k == round(1.4 / DT):
             assert planner.findings
@@ -108,23 +97,21 @@ def test_what_a_user_reported_stays_whatever_the_joint_does() -> None:
     assert planner.findings[0].withdrawn_at is None
 
 
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
-def test_a_lock_at_rest_is_noticed_by_nobody(drive: str) -> None:
+def test_a_lock_at_rest_is_noticed_by_nobody(drive):
     planner, _ = standing(drive, lock(1), ticks=2000)
     assert planner.findings == () and planner.faults == {}
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("drive", ["position", "torque"])
-def test_known_friction_is_no_lock(drive: str) -> None:
+def test_known_friction_is_no_lock(drive):
     friction = [0.5] * 4 + [0.17] * 3
     planner, _ = standing(drive, ticks=3000, friction=friction)
     assert planner.findings == ()
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
-def test_of_a_healthy_arm_at_rest_nothing_is_found(drive: str) -> None:
+def test_of_a_healthy_arm_at_rest_nothing_is_found(drive):
     planner, _ = standing(drive, ticks=4000)
     assert planner.findings == () and planner.diagnosis is not None
 
@@ -168,15 +155,12 @@ def finished(robot, joint, kp, kv, file):
     return planner, strayed
 
 
-@pytest.mark.parametrize(("joint", "kp", "kv"), [(6, 3000.0, 150.0), (4, 20000.0, 400.0)])
-def test_the_joint_that_stops_is_named_and_no_other(panda, tmp_path, joint, kp, kv):
-    planner, strayed = finished(panda, joint, kp, kv, tmp_path / "arm.urdf")
-    assert list(planner.faults) == [panda.joints[joint]] and planner.stopped_because is None
-    assert strayed < 0.03  # of which the path waits for some
-
-
-def test_joint_that_follows_late_beside_one_that_stands_has_not_lost_its_torque(tmp_path):
-    robot = ftqp.robots.load("iiwa14")
-    planner, strayed = finished(robot, 6, 3000.0, 150.0, tmp_path / "arm.urdf")
-    assert list(planner.faults) == [robot.joints[6]] and planner.stopped_because is None
+@pytest.mark.parametrize(
+    ("name", "joint", "kp", "kv"),
+    [("panda", 6, 3000.0, 150.0), ("panda", 4, 20000.0, 400.0), ("iiwa14", 6, 3000.0, 150.0)],
+)
+def test_the_joint_that_stops_is_named_and_none_that_follows_late_beside_it(tmp_path, name, joint, kp, kv):
+    robot = ftqp.robots.load(name)
+    planner, strayed = finished(robot, joint, kp, kv, tmp_path / "arm.urdf")
+    assert list(planner.faults) == [robot.joints[joint]] and planner.stopped_because is None
     assert strayed < 0.03  # of which the path waits for some

@@ -28,7 +28,6 @@ LOCKS = [
 
 
 @pytest.mark.parametrize("backend", ["active_set", "dtrnn"])
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_one_arm_follows_as_it_does_alone_and_the_other_stands(backend, level):
     alone = ftqp.robots.load("panda")
     planner = ftqp.Planner(alone, dt=DT, level=level, backend=backend)
@@ -42,7 +41,6 @@ def test_one_arm_follows_as_it_does_alone_and_the_other_stands(backend, level):
     assert np.array_equal(both.log["q"][:, 7:], np.tile(DUAL.neutral[7:], (len(both.log), 1)))
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_physics_follows_with_a_lock_in_either_arm(level):
     pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
     found = run(ftqp.MujocoPlant(DUAL, DT), LOCKS, level=level)

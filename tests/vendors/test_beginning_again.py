@@ -72,24 +72,6 @@ def test_stops_end_in_no_jump(stops):
         assert led == 20
 
 
-def test_after_resume_an_arm_that_was_moved_would_be_sent_back():
-    """Why it resets: the same, with ``resume``, is 0.2 rad away."""
-    planner = started(PANDA, dt=DT, task=ftqp.Task("position"), emergency=None)
-    q = PANDA.neutral.copy()
-    target = ftqp.Target(position=PANDA.pose(q)[:3, 3])
-    for _ in range(20):
-        q = planner.step(q, None, target).q.copy()
-    planner.stop()
-    for _ in range(20):
-        planner.step(q, None, target)
-    moved = q + 0.2
-    cell = Cell(moved)
-    for _ in ftqp.vendors.begin_again(planner, cell.read, cell.send, cell.is_ready):
-        if cell.sent:
-            break
-    assert np.abs(cell.sent[0] - moved).max() == 0.0
-
-
 def test_it_waits_until_the_controller_is_ready_and_the_arm_stands():
     """Ready but for a moment from 0.2 s on, moved by hand until 0.5 s, without a number at 0.55 s."""
     planner = started(PANDA, dt=DT, task=ftqp.Task("position"))

@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 from scipy.spatial import cKDTree
+from tests.analysis.planar_arms import PATH, UNIT
 
 from ftqp.analysis.planning.dynamic_program import best_ways
 from ftqp.analysis.planning.nodes import curve_nodes
@@ -64,15 +65,6 @@ def test_joint_that_reaches_all_the_way_round_parts_no_nodes() -> None:
 
 
 SPACING = 0.1
-PLANAR = catalog.load("planar", lengths=(1, 1, 1), continuous=True)
-Q0 = np.array([-1.524418, 1.260809, 0.741032])
-
-
-def planar_task(robot=PLANAR):
-    start = robot.pose(Q0)
-    return task_path(
-        robot, Line(start, np.array([0.5, 1.2, 0.0]) - start[:3, 3], duration=10.0), dt=0.5, rows="position"
-    )
 
 
 def closed_form(point: np.ndarray) -> np.ndarray:
@@ -90,7 +82,7 @@ def closed_form(point: np.ndarray) -> np.ndarray:
 
 
 def test_every_configuration_of_the_closed_form_is_near_a_node() -> None:
-    task = planar_task()
+    task = task_path(UNIT, PATH, dt=0.5, rows="position")
     nodes = curve_nodes(planning_study(task, SPACING), task.goals, spacing=SPACING, seed=0)
     for goal, q in zip(task.goals, nodes, strict=True):
         tree = cKDTree(q, boxsize=2 * np.pi)

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from tests.going import closed_loop, targets_along
 
 import ftqp
 from ftqp.analysis import plan
@@ -139,16 +140,9 @@ def test_a_plan_is_that_of_the_arm_to_the_frame(frame):
 
 def followed(lock=None, lead=None):
     planner = ftqp.Planner(DUAL, DT, plan=lead, scheme="rmp", tasks=[ftqp.Task()])
-    q = DUAL.neutral.copy()
-    planner.reset(q)
-    way = line(LEFT).sample(DT * np.arange(500))
-    targets = ftqp.Targets(way.pose, way.twist, way.acceleration)
-    for k in range(500):
-        if k == 250 and lock is not None:
-            planner.report(ftqp.Locked(lock))
-        step = planner.step(q, None, targets.at(k))
-        q = step.q.copy()
-    return planner, q, step
+    fails = {250: lambda planner: planner.report(ftqp.Locked(lock))} if lock else None
+    *_, step = closed_loop(planner, targets_along(line(LEFT), 500, DT).at, 500, events=fails)
+    return planner, step.q.copy(), step
 
 
 def test_a_plan_of_one_arm_leads_the_whole_robot(planned):

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from planar_arms import PATH, Q0, TASK, survives
-from planar_arms import UNIT as ARM
+from tests.analysis.planar_arms import PATH, Q0, TASK, survives
+from tests.analysis.planar_arms import UNIT as ARM
 
 from ftqp.analysis.planning.plan_case import PlanSettings
 from ftqp.analysis.planning.planned import plan

@@ -1,16 +1,15 @@
 """Plans by the speed of the self-motion."""
 
 import numpy as np
-from planar_arms import Q0, TASK, survives
-from planar_arms import UNIT as ARM
+from tests.analysis.planar_arms import Q0, TASK, survives
+from tests.analysis.planar_arms import UNIT as ARM
 
-from ftqp.analysis.planning.plan_case import PlanCase, PlanSettings, planning_study
+from ftqp.analysis.planning.plan_case import PlanCase, PlanSettings
 from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.planning.self_motion_speeds import constant_plan, spline_plan
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.survival.continuing import track
 
-STUDY = planning_study(TASK, 0.1)
 FEW = PlanSettings(thetas=tuple(np.linspace(-1.0, 1.0, 11)), evaluations=40)
 ALIKE = np.ones(3)
 

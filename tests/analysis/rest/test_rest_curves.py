@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from planar_arms import links, telescope
+from tests.analysis.planar_arms import links, telescope
 
 from ftqp.analysis import outcome, reachable_after
 from ftqp.analysis.goals import goal_study

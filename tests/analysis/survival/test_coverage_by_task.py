@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop, targets_along
 
 import ftqp
 from ftqp.analysis import coverage
@@ -19,16 +20,10 @@ def lifted():
     """A motion of both arms along a line of the right hand, and that line."""
     planner = ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)])
     line = ftqp.paths.Line(BODY.pose(BODY.neutral, RIGHT), displacement=(0.0, 0.05, 0.1), duration=1.0)
-    q, found = BODY.neutral.copy(), []
-    planner.reset(q)
-    sampled = line.sample(0.001 * np.arange(1201))
-    right = ftqp.Targets(sampled.pose, sampled.twist, sampled.acceleration)
-    home = BODY.pose(q)
-    for k in range(1201):
-        if k % 50 == 0:
-            found.append(q)
-        q = planner.step(q, None, {LEFT: home, RIGHT: right.at(k)}).q.copy()
-    return np.array(found), 0.05
+    right, home = targets_along(line, 1201, 0.001), BODY.pose(BODY.neutral)
+    steps = closed_loop(planner, lambda k: {LEFT: home, RIGHT: right.at(k)}, 1200)
+    q = [BODY.neutral, *(step.q.copy() for step in steps)]
+    return np.array(q[::50]), 0.05
 
 
 def test_only_joints_on_the_way_count_and_the_verdicts_are_those_of_that_arm():

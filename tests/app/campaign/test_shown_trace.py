@@ -1,7 +1,5 @@
 """What the checker is shown of a run: the rows of the task by name, and a tip that is off its target."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from tests.judged import broken_laws
@@ -74,6 +72,13 @@ normal = [0.0, -1.0, 0.0]
 """
 
 
+def ran(file, text):
+    """What a scenario stands for, and the log of its run."""
+    file.write_text(text, encoding="utf-8")
+    setup = load(str(file))
+    return setup, setup.simulation(log=MEMORY).run().log
+
+
 def judged(log, setup):
     errors.cache_clear()
     return verdict(model_file(setup), trace(setup, log))
@@ -89,10 +94,7 @@ def falsified(log, **signals):
 
 
 def test_planes_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
-    file = tmp_path / "planes.toml"
-    file.write_text(PLANES, encoding="utf-8")
-    setup = load(str(file))
-    log = setup.simulation(log=MEMORY).run().log
+    setup, log = ran(tmp_path / "planes.toml", PLANES)
     assert log["distance.table"].min() == pytest.approx(0.0, abs=2e-5)
     arm, seen = model_file(setup), trace(setup, log)
     for plane, name in zip(seen.planes, ("table", "panda_joint4"), strict=True):
@@ -100,7 +102,7 @@ def test_planes_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
         np.testing.assert_allclose(far, log[f"distance.{name}"], atol=1e-12)
     assert judged(log, setup).laws == set()
     # What the log says of distances is not believed: without the planes the arm goes through them.
-    free = load(str(file), ["constraints="]).simulation(log=MEMORY).run().log
+    free = load(str(tmp_path / "planes.toml"), ["constraints="]).simulation(log=MEMORY).run().log
     lying = falsified(log, q=free["q"], v=free["v"], a=free["a"])
     assert lying["distance.table"].min() > -2e-5
     (found,) = [one for one in judged(lying, setup).breaches if one.law == "plane"]
@@ -157,10 +159,7 @@ name = "cup"
 
 
 def test_boxes_and_cones_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
-    file = tmp_path / "shapes.toml"
-    file.write_text(SHAPES, encoding="utf-8")
-    setup = load(str(file))
-    log = setup.simulation(log=MEMORY).run().log
+    setup, log = ran(tmp_path / "shapes.toml", SHAPES)
     arm, seen = model_file(setup), trace(setup, log)
     assert [plane.offset for plane in seen.planes] == [-1.0, 0.42, -1.0]
     far = [arm.point(log["q"], one.joint, one.at_zero) @ one.normal - one.offset for one in seen.planes]
@@ -220,10 +219,7 @@ name = "look"
 
 
 def test_tasks_before_the_tip_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
-    file = tmp_path / "held.toml"
-    file.write_text(HELD, encoding="utf-8")
-    setup = load(str(file))
-    log = setup.simulation(log=MEMORY).run().log
+    setup, log = ran(tmp_path / "held.toml", HELD)
     arm, seen = model_file(setup), trace(setup, log)
     assert [one.name for one in seen.held] == ["grip", "elbow"]
     for one in seen.held:
@@ -265,7 +261,7 @@ at = 1.0
 """
 
 
-def test_an_arm_with_mimic_joints_breaks_no_law_when_one_locks(tmp_path: Path) -> None:
+def test_an_arm_with_mimic_joints_breaks_no_law_when_one_locks(tmp_path):
     file = tmp_path / "telescope.urdf"
     file.write_text(telescope(), encoding="utf-8")
     assert broken_laws(SCENARIO.format(file=file)) == {}

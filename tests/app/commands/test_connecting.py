@@ -2,8 +2,6 @@
 
 import json
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import pytest
 from tests.app.conftest import invoke, setup_of
@@ -45,18 +43,18 @@ announced = "never"
 
 
 @pytest.fixture
-def scenario(tmp_path: Path) -> Path:
+def scenario(tmp_path):
     """An arm behind servos with a lag of 40 ms."""
     file = tmp_path / "servo.toml"
     file.write_text(SERVO, encoding="utf-8")
     return file
 
 
-def test_an_arm_without_a_scenario_is_connected_and_its_file_is_a_planner_s_prior(tmp_path: Path) -> None:
+def test_an_arm_without_a_scenario_is_connected_and_its_file_is_a_planner_s_prior(tmp_path):
     file = tmp_path / "arm.json"
     result = asked("planar6", "-o", file, "--json")
     assert result.exit_code == 0, result.output
-    facts: Any = json.loads(result.stdout)
+    facts = json.loads(result.stdout)
     assert facts["fault"] is None and facts["file"] == str(file)
     for joint in facts["joints"].values():
         lag, error = joint["lag"]
@@ -78,9 +76,7 @@ ARM = """<mujoco><worldbody><body>
 </body></worldbody></mujoco>"""
 
 
-def test_an_mjcf_with_set_and_a_scenario_without_a_path_are_connected(
-    tmp_path: Path,
-) -> None:
+def test_an_mjcf_with_set_and_a_scenario_without_a_path_are_connected(tmp_path):
     model, toml = tmp_path / "arm.xml", tmp_path / "arm.toml"
     model.write_text(ARM, encoding="utf-8")
     result = asked(model, "--tip", "hand")
@@ -90,22 +86,22 @@ def test_an_mjcf_with_set_and_a_scenario_without_a_path_are_connected(
     toml.write_text('[robot]\nmjcf = "arm.xml"\ntip = "hand"\nlimits = { v_max = 2.0 }\n', encoding="utf-8")
     for result in (asked(model, *given), asked(toml, "--json")):
         assert result.exit_code == 0, result.output
-        lags: Any = [joint["lag"] for joint in json.loads(result.stdout)["joints"].values()]
+        lags = [joint["lag"] for joint in json.loads(result.stdout)["joints"].values()]
         assert len(lags) == 2 and all(abs(lag - 2.0 / BANDWIDTH) < 3.0 * error < 0.1 for lag, error in lags)
 
 
 @pytest.mark.long
-def test_two_arms_on_one_base_are_connected_and_take_the_time_that_their_joints_need() -> None:
+def test_two_arms_on_one_base_are_connected_and_take_the_time_that_their_joints_need():
     result = asked("dual_panda", "--json")
     assert result.exit_code == 0, result.output
-    facts: Any = json.loads(result.stdout)
+    facts = json.loads(result.stdout)
     assert len(facts["joints"]) == 14 and facts["fault"] is None
     for joint in facts["joints"].values():
         assert abs(joint["lag"][0] - 2.0 / BANDWIDTH) < 3.0 * joint["lag"][1] < 0.05
         assert joint["droop"][1] < 1e-3  # an arm carries its own masses, and not the other's
 
 
-def test_a_person_reads_a_table_what_it_means_and_what_is_missing(scenario: Path) -> None:
+def test_a_person_reads_a_table_what_it_means_and_what_is_missing(scenario):
     result = asked(scenario)
     assert result.exit_code == 0, result.output
     words = " ".join(result.output.split())
@@ -115,14 +111,14 @@ def test_a_person_reads_a_table_what_it_means_and_what_is_missing(scenario: Path
     assert "The lag of" not in words  # the drive is said to take no velocities
 
 
-def test_a_drive_that_is_stated_wrongly_is_said(scenario: Path) -> None:
+def test_a_drive_that_is_stated_wrongly_is_said(scenario):
     result = asked(scenario, "--set", "planner.drive.bandwidth=500")
     assert "a bandwidth of 500 rad/s" in " ".join(result.output.split())
     result = asked(scenario, "--set", "planner.drive.takes_velocity=true")
     assert "send step.v, too, or say ftqp.Drive(takes_velocity=False)" in " ".join(result.output.split())
 
 
-def test_a_plant_whose_servos_take_other_than_the_drive_says_is_noted(scenario: Path) -> None:
+def test_a_plant_whose_servos_take_other_than_the_drive_says_is_noted(scenario):
     assert "not that of the plant" not in invoke("check", scenario).output
     for command in ("check", "connect"):
         result = invoke(command, scenario, "--set", "simulation.servo.takes_velocity=true")
@@ -130,7 +126,7 @@ def test_a_plant_whose_servos_take_other_than_the_drive_says_is_noted(scenario: 
         assert result.exit_code == 0 and "takes_velocity is False, and that of simulation.servo True" in words
 
 
-def test_a_failure_at_the_first_ends_it_and_nothing_is_written(scenario: Path, tmp_path: Path) -> None:
+def test_a_failure_at_the_first_ends_it_and_nothing_is_written(scenario, tmp_path):
     scenario.write_text(SERVO + BRAKE, encoding="utf-8")
     file = tmp_path / "arm.json"
     result = asked(scenario, "-o", file)
@@ -140,7 +136,7 @@ def test_a_failure_at_the_first_ends_it_and_nothing_is_written(scenario: Path, t
     assert not file.exists()
 
 
-def test_an_arm_that_follows_to_the_last_bit_teaches_nothing(tmp_path: Path) -> None:
+def test_an_arm_that_follows_to_the_last_bit_teaches_nothing(tmp_path):
     file = tmp_path / "arm.json"
     result = asked("planar3-line", "-o", file)
     assert result.exit_code == 2 and not file.exists()
@@ -149,7 +145,7 @@ def test_an_arm_that_follows_to_the_last_bit_teaches_nothing(tmp_path: Path) -> 
     assert result.exit_code == 0 and "simulation.plant=servo" in " ".join(result.output.split())
 
 
-def test_joints_that_hardly_moved_or_moved_too_slowly_are_said_together(tmp_path: Path) -> None:
+def test_joints_that_hardly_moved_or_moved_too_slowly_are_said_together(tmp_path):
     file = tmp_path / "arm.json"
     result = asked("canadarm2", "-o", file)
     words = " ".join(result.output.split())
@@ -170,7 +166,7 @@ def test_joints_that_hardly_moved_or_moved_too_slowly_are_said_together(tmp_path
         (("panda-circle", "--set", "planner.drive=velocity"), "drive is 'velocity', expected 'position'"),
     ],
 )
-def test_what_does_not_go_together_is_refused(arguments: tuple[str, ...], message: str) -> None:
+def test_what_does_not_go_together_is_refused(arguments, message):
     result = asked(*arguments)
     assert result.exit_code == 2
     assert message in " ".join(result.output.split())

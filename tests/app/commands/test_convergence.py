@@ -3,12 +3,10 @@
 import json
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.app.conftest import invoke
-from typer.testing import Result
 
 CASE = """
 [robot]
@@ -36,7 +34,7 @@ announced = "never"
 
 
 @pytest.fixture
-def case(tmp_path: Path) -> Path:
+def case(tmp_path):
     file = tmp_path / "fig5.toml"
     file.write_text(CASE, encoding="utf-8")
     return file
@@ -45,11 +43,11 @@ def case(tmp_path: Path) -> Path:
 asked = partial(invoke, "converge")
 
 
-def facts_of(result: Result) -> Any:
+def facts_of(result):
     return json.loads(result.stdout)
 
 
-def test_figure_5_of_the_paper_arrives_and_the_story_is_told_in_words(case: Path, tmp_path: Path) -> None:
+def test_figure_5_of_the_paper_arrives_and_the_story_is_told_in_words(case, tmp_path):
     result = asked(case, "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert "correct: it arrives at the goal" in result.stdout
@@ -62,7 +60,7 @@ def test_figure_5_of_the_paper_arrives_and_the_story_is_told_in_words(case: Path
     assert Path(facts["figure"]).stat().st_size > 10_000
 
 
-def test_an_arm_that_rests_elsewhere_ends_with_1(tmp_path: Path) -> None:
+def test_an_arm_that_rests_elsewhere_ends_with_1(tmp_path):
     result = asked("planar3-unidentified", "--out", tmp_path / "out", "--json")
     assert result.exit_code == 1
     facts = facts_of(result)
@@ -82,9 +80,7 @@ def test_an_arm_that_rests_elsewhere_ends_with_1(tmp_path: Path) -> None:
         (["path.position=[9.0, 0.0, 0.0]"], "out of reach"),
     ],
 )
-def test_what_cannot_be_explained_is_one_clear_sentence(
-    case: Path, tmp_path: Path, changes: list[str], sentence: str
-) -> None:
+def test_what_cannot_be_explained_is_one_clear_sentence(case, tmp_path, changes, sentence):
     options = [part for change in changes for part in ("--set", change)]
     result = asked(case, *options, "--out", tmp_path / "out")
     assert result.exit_code == 2, result.output

@@ -1,15 +1,16 @@
 """The commands ``ftqp coverage`` and ``ftqp plan`` say what the analysis finds, also as JSON and page."""
 
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.app.conftest import invoke as asked
-from typer.testing import Result
 
 import ftqp
+from ftqp.app.commands import covering
 from ftqp.app.commands.covering import healthy_motion
 from ftqp.app.scenario.setup import load
 
@@ -18,14 +19,12 @@ COARSE = ("--waypoints", "40", "--spacing", "0.1")
 FEW = ("--stride", "40")
 
 
-def facts_of(result: Result) -> Any:
+def facts_of(result):
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
 
-def test_the_coverage_of_a_scenario_is_that_of_its_healthy_motion_and_the_page_says_the_same(
-    tmp_path: Path,
-) -> None:
+def test_the_coverage_of_a_scenario_is_that_of_its_healthy_motion_and_the_page_says_the_same(tmp_path):
     facts = facts_of(asked("coverage", LINE, "--out", tmp_path / "out", "--json", "--bound", "3"))
     setup = load(LINE, ["faults="])
     task, q = healthy_motion(setup)
@@ -44,13 +43,13 @@ def test_the_coverage_of_a_scenario_is_that_of_its_healthy_motion_and_the_page_s
     assert len(facts["upper_bound"]) == 3
 
 
-def test_a_structural_joint_is_named_as_such(tmp_path: Path) -> None:
+def test_a_structural_joint_is_named_as_such(tmp_path):
     result = asked("coverage", "iiwa-x-line", "--stride", "25", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert "iiwa_joint_4 can never be done without" in " ".join(result.output.split())
 
 
-def test_failure_rates_give_a_probability(tmp_path: Path) -> None:
+def test_failure_rates_give_a_probability(tmp_path):
     facts = facts_of(
         asked("coverage", LINE, "--mtbf", "j1=1000,j2=2000", *FEW, "--out", tmp_path / "a", "--json")
     )
@@ -60,7 +59,7 @@ def test_failure_rates_give_a_probability(tmp_path: Path) -> None:
     assert mission["without"] == pytest.approx(np.exp(-10.0 * rate), abs=1e-12)
 
 
-def test_a_plan_is_written_told_and_verified_again(tmp_path: Path) -> None:
+def test_a_plan_is_written_told_and_verified_again(tmp_path):
     file = tmp_path / "line.npz"
     planned = facts_of(
         asked("plan", LINE, "-o", file, "--report", tmp_path / "plan", "--json", *COARSE, "--seed", 3)
@@ -75,7 +74,7 @@ def test_a_plan_is_written_told_and_verified_again(tmp_path: Path) -> None:
     assert (tmp_path / "plan" / "report.html").exists()
 
 
-def test_a_plan_may_begin_where_the_scenario_does(tmp_path: Path) -> None:
+def test_a_plan_may_begin_where_the_scenario_does(tmp_path):
     file = tmp_path / "line.npz"
     facts = facts_of(asked("plan", LINE, "-o", file, "--start", "given", "--json", *COARSE))
     np.testing.assert_allclose(facts["start"], load(LINE).q, atol=1e-6)
@@ -99,9 +98,7 @@ def test_a_plan_may_begin_where_the_scenario_does(tmp_path: Path) -> None:
         (("plan", "planar6-square", "-o", "p.npz", "--method", "spline"), "joints to spare"),
     ],
 )
-def test_bad_input_is_said_in_a_sentence_and_leaves_nothing(
-    arguments: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bad_input_is_said_in_a_sentence_and_leaves_nothing(arguments, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = asked(*arguments)
     assert result.exit_code == 2
@@ -142,3 +139,54 @@ def test_the_way_of_a_named_task_is_looked_at(file, tmp_path):
     assert list(right["per_joint"]) == [f"right_joint{k}" for k in range(1, 8)]
     assert "the way of grip in the scenario" in right["motion"]
     assert (tmp_path / "right" / "report.html").exists()
+
+
+EVERY = ("--stride", "20")
+
+
+def text(result):
+    return " ".join(result.output.split())
+
+
+def rows(folder):
+    with closing(sqlite3.connect(folder / "results.sqlite")) as file, file:
+        names = "item, failure, t, status, last_sample, position, rotation, margin, hurry"
+        return file.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
+
+
+def test_interrupted_coverage_goes_on_to_the_same_rows(tmp_path, monkeypatch):
+    whole = asked("coverage", LINE, *EVERY, "--out", tmp_path / "whole", "--json")
+    assert whole.exit_code == 0, whole.output
+    out = tmp_path / "out"
+    own, calls = covering.pair_rows, []
+
+    def once(*given):
+        calls.append(given)
+        if len(calls) > 2:
+            raise KeyboardInterrupt
+        return own(*given)
+
+    with monkeypatch.context() as interrupted:
+        interrupted.setattr(covering, "pair_rows", once)
+        broken = asked("coverage", LINE, *EVERY, "--out", out)
+    assert broken.exit_code == 130 and f"--out {out} --resume goes on from there" in text(broken)
+    assert 0 < len(rows(out)) < len(rows(tmp_path / "whole"))
+    refused = asked("coverage", LINE, *EVERY, "--out", out)
+    assert refused.exit_code == 2 and "go on by --resume" in text(refused)
+    other = asked("coverage", LINE, "--stride", "10", "--out", out, "--resume")
+    assert other.exit_code == 2
+    assert "holds results of another study ('stride = 20' there, 'stride = 10' here)" in text(other)
+    with monkeypatch.context() as newer:
+        newer.setattr(covering, "__version__", "99.0")
+        later = asked("coverage", LINE, *EVERY, "--out", out, "--resume")
+    assert later.exit_code == 2 and "was made by ftqp" in text(later)
+    done = asked("coverage", LINE, *EVERY, "--out", out, "--resume", "--json")
+    assert done.exit_code == 0, done.output
+    assert rows(out) == rows(tmp_path / "whole")
+    facts = [json.loads(result.stdout) for result in (whole, done)]
+    assert facts[0]["coverage"] == facts[1]["coverage"] and Path(facts[1]["page"]).exists()
+
+
+def test_plan_that_cannot_be_made_leaves_nothing(tmp_path):
+    result = asked("plan", LINE, *COARSE, "--set", "path.duration=0.5", "-o", tmp_path / "plan.npz")
+    assert result.exit_code == 2 and not list(tmp_path.iterdir())

@@ -79,7 +79,6 @@ PROMISED = {
         ),
         (["panda", "--with", "path", "-o", "new"], "panda is a robot and has no path"),
         (["panda-circle", "--with", "path", "-o", "new"], "give --set planner.task.mode=scaled"),
-        (["panda-circle", "--with", "path", "-o", "new"], "scaled"),
         (["panda", "--tip", "panda_hand", "-o", "new"], "panda is a robot of the catalog, which has its tip"),
         (
             ["panda-circle", "--tip", "tool0", "-o", "new"],
@@ -90,10 +89,6 @@ PROMISED = {
         (["panda", "--page", "new.html", "--target", "host"], "--page is for browsers, got --target host"),
         (["panda", "--page", "here"], "file here is there already"),
         (["panda", "--page", "no/such.html"], "folder .*no is missing"),
-        (
-            ["modular11-locked", "--set", "planner.backend=daqp", "-o", "new"],
-            "expected the backend 'active_set'",
-        ),
     ],
 )
 def test_what_cannot_be_built_is_a_sentence_and_leaves_nothing(given, sentence, tmp_path, monkeypatch):

@@ -1,36 +1,24 @@
 """The front page's episode in C: the library names the joint and finishes, bit by bit as Python does."""
 
-import ctypes
-
-import numpy as np
 import pytest
-from tests.app.deployment.test_library import Library, numbers
-from tests.app.deployment.test_watching import Finding
+from tests.app.deployment.in_c import Finding, Library, numbers
 
 import ftqp
 from ftqp.app.deployment.headers import arm_file
 from ftqp.app.scenario.setup import load
 
 pytest.importorskip("mujoco", reason="needs mujoco, which the extra 'sim' brings")
-SIGNALS = ("q", "v", "a", "tau")
 
 
 class Beside:
     """A planner in Python whose steps are made by a library, too."""
 
-    def __init__(self, arm, n):
-        self.arm, self.n, self.news, self.steps = arm, n, [], 0
-        for name in SIGNALS:
-            getattr(arm.code, f"ftqp_{name}").restype = ctypes.POINTER(ctypes.c_double)
-
-    def sent(self, name):
-        return np.ctypeslib.as_array(self.arm.call(name), (self.n,))
+    def __init__(self, arm):
+        self.arm, self.news, self.steps = arm, [], 0
 
     def step(self, q, target, step):
         assert self.arm.step(q, target.packed) == step.code, self.steps
-        for name in SIGNALS:
-            said = f"{name} in step {self.steps}"
-            np.testing.assert_array_equal(self.sent(name), getattr(step, name), err_msg=said)
+        self.arm.has_sent(step, self.steps)
         assert self.arm.call("brakes", None) == step.brakes.sum()
         if self.arm.call("watch", None) == 2:
             self.news.append(self.steps)
@@ -42,7 +30,7 @@ def test_the_episode_of_the_front_page_is_that_of_python_bit_by_bit(built, monke
     setup = load("panda-unannounced")
     n = setup.robot.nv
     arm = Library(built, arm_file(setup.planner.deployable(), n))
-    beside = Beside(arm, n)
+    beside = Beside(arm)
     in_python, reset = ftqp.Planner.step, ftqp.Planner.reset
 
     def both_begin(planner, q, v=None):

@@ -4,13 +4,12 @@ import ctypes
 
 import numpy as np
 import pytest
-from tests.app.deployment.test_library import MISTAKES, Library, fault_of, numbers
+from tests.app.deployment.in_c import MISTAKES, PANDA, Library, fault_of, numbers
 
 import ftqp
 from ftqp.app.deployment.built_folder import BuildRequest, build_folder
 from ftqp.app.deployment.headers import arm_file
 
-PANDA = ftqp.robots.load("panda")
 DT = 1e-3
 PATH = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), radius=0.1, duration=0.6)
 """Faster than the arm can: the path has to wait."""
@@ -28,17 +27,8 @@ def file_of(planner):
 class Follower(Library):
     """The functions of the shared library on one planner with a path."""
 
-    def __init__(self, built, file):
-        super().__init__(built, file)
-        self.code.ftqp_progress.restype = ctypes.c_double
-        self.code.ftqp_v.restype = ctypes.POINTER(ctypes.c_double)
-
     def follow(self, q, ticks=1):
         return self.call("follow", numbers(q), None, ticks)
-
-    @property
-    def q(self):
-        return np.ctypeslib.as_array(self.code.ftqp_q(ctypes.c_void_p(self.at)), (7,)).copy()
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +42,6 @@ def built(tmp_path_factory):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("fault", [ftqp.Locked(2), ftqp.FreeSwinging(4)], ids=["locked", "free"])
 def test_a_path_is_followed_as_in_python_bit_by_bit(built, level, fault):
     planner = made(level)
@@ -75,7 +64,7 @@ def test_a_path_is_followed_as_in_python_bit_by_bit(built, level, fault):
         measured = q + rng.normal(0.0, 1e-6, 7)
         step = follower.step(measured, None)
         assert arm.follow(measured) == step.code
-        np.testing.assert_array_equal(arm.q, step.q)
+        arm.has_sent(step, k)
         assert arm.call("progress") == follower.progress
         q = step.q.copy()
     assert follower.progress > 0.1
@@ -92,12 +81,12 @@ def test_a_late_loop_on_a_path_keeps_its_limits_and_arrives(built):
     while arm.call("progress") < PATH.duration:
         gap = int(rng.integers(2, 6)) if rng.random() < 0.1 else 1
         assert 0 <= arm.follow(q, gap) < 4
-        sent = arm.q
+        sent = arm.sent("q")
         assert (np.abs(sent - q) <= gap * DT * v_max * (1.0 + 1e-9)).all()
         if gap == 1:
             assert (np.abs((sent - q) / DT - v) <= DT * a_max * (1.0 + 1e-6)).all()
         q, ticks = sent, ticks + gap
-        v = np.ctypeslib.as_array(arm.code.ftqp_v(ctypes.c_void_p(arm.at)), (7,)).copy()
+        v = arm.sent("v")
         assert ticks < 20_000
     assert arm.call("begin") == 0 and arm.call("progress") == 0.0
 

@@ -4,8 +4,8 @@ import ctypes
 
 import numpy as np
 import pytest
-from tests.app.deployment.test_demo_episode import SIGNALS
-from tests.app.deployment.test_library import Library, fault_of, numbers
+from tests.app.deployment import in_c
+from tests.app.deployment.in_c import PANDA, Library, fault_of, numbers
 from tests.control.following.test_ways import LEFT, RIGHT, moved, walled
 
 import ftqp
@@ -13,39 +13,30 @@ from ftqp.app.deployment.headers import arm_file
 from ftqp.control.planner.ways.ways import Ways
 
 pytestmark = pytest.mark.long
-PANDA = ftqp.robots.load("panda")
 HOME = PANDA.neutral
 AWAY = HOME + np.array([0.5, -0.3, 0.4, 0.3, -0.5, 0.6, 0.3])
 STATUSES = list(ftqp.GoToStatus)
-LOCKED, WEAK = 1, 3
+LOCKED = in_c.KINDS["locked"]
 
 
-class Both:
-    """A planner on its way to a posture in Python and in C, and the arm that both command."""
+class Both(in_c.Both):
+    """On its way to a posture."""
 
     def __init__(self, built, goal, lag=0.0, robot=PANDA, **settings):
-        self.planner = ftqp.Planner(robot, **settings)
-        self.arm = Library(built, arm_file(self.planner.deployable(), robot.nv))
-        for name in SIGNALS:
-            getattr(self.arm.code, f"ftqp_{name}").restype = ctypes.POINTER(ctypes.c_double)
-        self.planner.reset(robot.neutral)
-        assert self.arm.open() == 0 and self.arm.reset(robot.neutral) == 0
+        super().__init__(built, ftqp.Planner(robot, **settings), lag=lag)
+        self.aim(goal)
+
+    def aim(self, goal):
         self.goto = ftqp.GoTo(self.planner, q=goal)
         assert self.arm.call("go_to", numbers(goal)) == 0
-        self.q, self.lag, self.steps = robot.neutral.copy(), lag, 0
 
     def step(self, stuck=None):
-        step = self.goto.step(self.q)
+        step, before = self.goto.step(self.q), self.q.copy()
         assert self.arm.call("go", numbers(self.q), None) == step.code, self.steps
-        for name in SIGNALS:
-            sent = np.ctypeslib.as_array(self.arm.call(name), self.q.shape)
-            np.testing.assert_array_equal(sent, getattr(step, name), err_msg=f"{name} in step {self.steps}")
+        self.moved(step)
         assert STATUSES[self.arm.call("arrived")] is self.goto.status, self.steps
-        before = self.q.copy()
-        self.q = step.q + self.lag * (self.q - step.q)
         if stuck is not None:
             self.q[stuck] = before[stuck]
-        self.steps += 1
         return step
 
     def go(self, most=6000, each=lambda k: None, stuck=lambda k: None):
@@ -63,8 +54,7 @@ def test_a_posture_is_reached_as_in_python_with_a_lock_half_way(built, level, la
 
     def fail(k):
         if k == 250:
-            both.planner.report(ftqp.Locked(3))
-            assert both.arm.call("report", fault_of(3, LOCKED)) == 0
+            both.report(ftqp.Locked(3))
 
     assert both.go(each=fail) is ftqp.GoToStatus.UNREACHABLE
     others = [i for i in range(7) if i != 3]
@@ -74,8 +64,7 @@ def test_a_posture_is_reached_as_in_python_with_a_lock_half_way(built, level, la
 def test_a_healthy_arm_reaches_its_posture_and_goes_back(built, level):
     both = Both(built, AWAY, level=level)
     assert both.go() is ftqp.GoToStatus.REACHED
-    both.goto = ftqp.GoTo(both.planner, q=HOME)
-    assert both.arm.call("go_to", numbers(HOME)) == 0
+    both.aim(HOME)
     assert both.go() is ftqp.GoToStatus.REACHED and np.abs(both.q - HOME).max() <= 1e-6
 
 
@@ -106,12 +95,10 @@ def test_arms_of_all_kinds_go_anywhere_as_in_python_whatever_fails(built, name, 
     def change(k):
         joint = int(rng.integers(robot.nv))
         if k == at:
-            both.planner.report(ftqp.Locked(joint))
-            assert both.arm.call("report", fault_of(joint, LOCKED)) == 0
+            both.report(ftqp.Locked(joint))
         if k in (at + 300, at + 500):  # to another goal, and then from a motion along its way back
             goal = rng.uniform(low, high)
-            both.goto = ftqp.GoTo(both.planner, q=goal)
-            assert both.arm.call("go_to", numbers(goal)) == 0
+            both.aim(goal)
 
     both.go(4000, change)
     assert both.steps > at
@@ -122,8 +109,7 @@ def test_a_motor_that_is_too_weak_ends_the_way_sooner(built):
 
     def weaken(k):
         if k == 100:
-            both.planner.report(ftqp.Degraded(1, torque=0.45))
-            assert both.arm.call("report", fault_of(1, WEAK, torque=0.45)) == 0
+            both.report(ftqp.Degraded(1, torque=0.45))
 
     assert both.go(9000, weaken) is ftqp.GoToStatus.UNREACHABLE
     assert "panda_joint2 is too weak to hold the arm farther on" in both.goto.sentence
@@ -156,7 +142,7 @@ def test_no_motion_goes_on_over_a_reset(built):
     for _ in range(100):
         assert both.arm.step(HOME) == 0
     assert both.arm.call("go", numbers(HOME), None) == 0
-    assert np.abs(np.ctypeslib.as_array(both.arm.call("q"), (7,)) - HOME).max() < 1e-5
+    assert np.abs(both.arm.sent("q") - HOME).max() < 1e-5
 
 
 def test_what_makes_no_posture_or_cannot_be_gone_to_is_answered_by_a_number(built):
@@ -225,8 +211,7 @@ def test_postures_of_a_pose_are_those_of_python_whatever_has_failed(built, name,
             if found < 0:
                 break
         joint = int(rng.integers(robot.nv))
-        both.planner.report(ftqp.Locked(joint))
-        assert both.arm.call("report", fault_of(joint, LOCKED)) == 0
+        both.report(ftqp.Locked(joint))
 
 
 def test_a_pose_is_gone_to_by_a_posture_that_was_found(built):
@@ -235,8 +220,7 @@ def test_a_pose_is_gone_to_by_a_posture_that_was_found(built):
     assert search.begin(both.arm, pose) == 0
     found, goal = search.find(100_000, 7)
     assert found == 1 and np.abs(goal - AWAY).max() > 1e-3
-    both.goto = ftqp.GoTo(both.planner, q=goal)
-    assert both.arm.call("go_to", numbers(goal)) == 0
+    both.aim(goal)
     assert both.go() is ftqp.GoToStatus.REACHED
     np.testing.assert_allclose(PANDA.pose(both.q), pose, atol=1e-3)
 
@@ -260,22 +244,15 @@ class Round(Both):
     """The same round a wall, by a search in C."""
 
     def __init__(self, built, goal, keep=0.02):
-        self.planner, self.scene = walled(clearance=ftqp.Clearance(keep=keep, stop=0.0))
-        self.arm = Library(built, arm_file(self.planner.deployable(), 7))
-        for name in SIGNALS:
-            getattr(self.arm.code, f"ftqp_{name}").restype = ctypes.POINTER(ctypes.c_double)
-        assert self.arm.open() == 0 and self.arm.reset(LEFT) == 0
-        self.search, self.q, self.lag, self.steps = Search(self.arm), LEFT.copy(), 0.0, 0
+        planner, self.scene = walled(clearance=ftqp.Clearance(keep=keep, stop=0.0))
+        in_c.Both.__init__(self, built, planner, LEFT)
+        self.search = Search(self.arm)
         self.aim(goal)
 
     def aim(self, goal):
         kind, name = ("q", "go_round") if np.ndim(goal) == 1 else ("pose", "go_to_pose")
         self.goto = ftqp.GoTo(self.planner, **{kind: goal})
         assert self.arm.call(name, self.search.at, numbers(goal)) == 0
-
-    def lock(self, joint):
-        self.planner.report(ftqp.Locked(joint))
-        assert self.arm.call("report", fault_of(joint, LOCKED)) == 0
 
     def move(self, *place):
         self.scene.move("wall", place)
@@ -292,7 +269,7 @@ def test_a_goal_beside_a_wall_is_gone_to_as_in_python_with_a_lock_half_way(built
     def each(k):
         distances.append(min(map(float, both.planner.distances(both.q).values())))
         if k == 100 and joint is not None:
-            both.lock(joint)
+            both.report(ftqp.Locked(joint))
 
     status = both.go(4000, each)
     assert min(distances) > 0.01 and both.goto.done

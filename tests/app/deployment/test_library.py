@@ -8,6 +8,8 @@ import subprocess
 import numpy as np
 import pytest
 from deployed_library import compare, difference, fuzz, library, replayed, replayer, run
+from tests.app.deployment.in_c import MISTAKES, PANDA, Both, Library, fault_of, numbers
+from tests.going import targets_along
 from tests.telescope import telescope
 
 import ftqp
@@ -16,72 +18,7 @@ from ftqp.app.deployment.headers import HEAD, arm_file, arm_header, fingerprint
 from ftqp.control.planner.status import StepStatus
 from ftqp.kernel.layout.enums import StopReason
 
-PANDA = ftqp.robots.load("panda")
 STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
-MISTAKES = {
-    "NOT_RESET": -3, "NULL": -20, "MISALIGNED": -21, "NOT_OPEN": -22, "NO_FILE": -23, "OTHER_FORMAT": -24,
-    "OTHER_KERNEL": -25, "CUT_SHORT": -26, "CHECKSUM": -27, "NO_JOINT": -29, "BAD_FAULT": -30,
-    "BAD_LOAD": -31, "BAD_TICKS": -32, "NOT_FINITE": -33, "UNSUPPORTED": -34,
-    "BAD_SPEED": -35, "OTHER_ARM": -36, "BAD_LENGTH": -37,
-}  # fmt: skip
-
-
-class Fault(ctypes.Structure):
-    _fields_ = (
-        *((name, ctypes.c_int32) for name in ("joint", "kind", "mode", "reset")),
-        *((name, ctypes.c_double) for name in (
-            "deceleration", "damping", "friction", "velocity", "acceleration", "torque", "q_min", "q_max",
-        )),
-    )  # fmt: skip
-
-
-def fault_of(joint, kind, **left):
-    nan = float("nan")
-    healthy = {
-        "velocity": 1.0,
-        "acceleration": 1.0,
-        "torque": 1.0,
-        "deceleration": nan,
-        "q_min": nan,
-        "q_max": nan,
-    }
-    return ctypes.byref(Fault(joint=joint, kind=kind, **healthy | left))
-
-
-class Library:
-    """The functions of the shared library on one planner, as numbers."""
-
-    def __init__(self, built, file):
-        self.code = ctypes.CDLL(str(built / "lib" / "libftqp.so"))
-        self.code.ftqp_status_name.restype = self.code.ftqp_stop_reason_name.restype = ctypes.c_char_p
-        self.code.ftqp_q.restype = ctypes.POINTER(ctypes.c_double)
-        self.code.ftqp_error.restype = ctypes.c_double
-        self.file = file
-        need = ctypes.c_size_t()
-        assert self.size(file, ctypes.byref(need)) == 0
-        self.room = np.zeros(need.value + 64, np.uint8)
-        self.at = self.room.ctypes.data + -self.room.ctypes.data % 64
-
-    def size(self, file, need):
-        return self.code.ftqp_size(file, ctypes.c_size_t(len(file)), need)
-
-    def call(self, name, *arguments):
-        return getattr(self.code, f"ftqp_{name}")(ctypes.c_void_p(self.at), *arguments)
-
-    def open(self, file=None):
-        file = self.file if file is None else file
-        return self.call("open", file, ctypes.c_size_t(len(file)))
-
-    def reset(self, q=PANDA.neutral):
-        return self.call("reset", numbers(q), None)
-
-    def step(self, q=PANDA.neutral, target=None, ticks=1):
-        target = ftqp.Target(pose=PANDA.pose(PANDA.neutral)).packed if target is None else target
-        return self.call("step", numbers(q), None, numbers(target), ticks)
-
-
-def numbers(values):
-    return np.ascontiguousarray(values, dtype=float).ctypes.data_as(ctypes.c_void_p)
 
 
 @pytest.fixture(scope="module")
@@ -168,7 +105,6 @@ def test_calls_out_of_order_say_what_comes_first(panda):
 
 
 def test_the_file_says_what_arm_it_is_and_the_planner_where_its_tip_is(panda):
-    panda.code.ftqp_dt.restype = ctypes.c_double
     pose = np.zeros(16)
     assert panda.call("tip", numbers(pose)) == MISTAKES["NOT_OPEN"] == panda.call("joints")
     panda.open()
@@ -342,7 +278,7 @@ def test_what_the_world_does_is_a_status(panda):
     panda.reset()
     assert panda.step(np.full(7, np.nan)) == 7
     assert panda.step(target=np.full(29, np.nan)) == 7
-    assert np.isfinite(np.ctypeslib.as_array(panda.call("q"), (7,))).all()
+    assert np.isfinite(panda.sent("q")).all()
 
 
 def test_a_wrong_argument_is_a_mistake_and_changes_nothing(panda):
@@ -385,18 +321,15 @@ def test_a_copy_of_the_memory_goes_on_from_the_same_state(panda):
     q = PANDA.neutral.copy()
     for _ in range(20):
         panda.step(q, target.packed)
-        q[:] = np.ctypeslib.as_array(panda.code.ftqp_q(ctypes.c_void_p(panda.at)), (7,))
+        q[:] = panda.sent("q")
     other = np.zeros_like(panda.room)
     at = other.ctypes.data + -other.ctypes.data % 64
     size = len(panda.room) - 64
     ctypes.memmove(at, panda.at, size)
-    first, mine = (
-        panda.step(q, target.packed),
-        np.ctypeslib.as_array(panda.code.ftqp_q(ctypes.c_void_p(panda.at)), (7,)).copy(),
-    )
+    first, mine = panda.step(q, target.packed), panda.sent("q")
     panda.at = at
     assert panda.step(q, target.packed) == first
-    np.testing.assert_array_equal(np.ctypeslib.as_array(panda.code.ftqp_q(ctypes.c_void_p(at)), (7,)), mine)
+    np.testing.assert_array_equal(panda.sent("q"), mine)
 
 
 @pytest.mark.parametrize(
@@ -435,38 +368,21 @@ def test_another_processor_gives_the_same_commands_but_for_rounding(target, tmp_
     assert within >= 9 and within + as_rounding == 10 and not others and worst < 1e-8, found
 
 
-FAULTS_OF_THE_ELBOW = {
-    "locked": ((1, {}), ftqp.Locked("elbow")),
-    "weak": ((3, {"velocity": 0.25, "q_max": 0.5}), ftqp.Degraded("elbow", velocity=0.25, q_max=0.5)),
-}
-
-
-@pytest.mark.parametrize("kind", FAULTS_OF_THE_ELBOW)
-def test_a_fault_of_a_joint_that_mimics_is_that_of_its_leader_as_in_python(built, kind):
+@pytest.mark.parametrize("fault", [ftqp.Locked("elbow"), ftqp.Degraded("elbow", velocity=0.25, q_max=0.5)])
+def test_a_fault_of_a_joint_that_mimics_is_that_of_its_leader_as_in_python(built, fault):
     robot = ftqp.Robot.from_urdf(telescope(), "tool")  # the elbow mimics the shoulder
-    (number, left), fault = FAULTS_OF_THE_ELBOW[kind]
-    planner = ftqp.Planner(robot, task=ftqp.Task("position"))
-    arm = Library(built, arm_file(planner.deployable(), robot.nv))
     q = np.array([0.3, 0.2, 0.0, 0.5, 0.0, 0.2, 0.9, 0.3])
     q = robot.chain.ratio * q[robot.chain.lead] + robot.chain.offset
-    arm.open()
-    arm.reset(q)
-    planner.reset(q)
+    both = Both(built, ftqp.Planner(robot, task=ftqp.Task("position")), q)
     path = ftqp.paths.Line(robot.pose(q), displacement=(0.0, 0.08, 0.0), duration=0.5)
-    sampled = path.sample(1e-3 * np.arange(600))
-    targets = ftqp.Targets(sampled.pose, sampled.twist, sampled.acceleration)
+    targets = targets_along(path, 600, 1e-3)
     for k in range(600):
         if k == 200:
-            planner.report(fault)
-            assert arm.call("report", fault_of(4, number, **left)) == 0
+            both.report(fault)
         if k == 500:
-            planner.withdraw("elbow")
-            assert arm.call("withdraw", 4) == 0
-        step = planner.step(q, None, targets.at(k))
-        assert arm.step(q, targets.packed[k]) >= 0
-        q = np.array(arm.call("q")[:8])
-        np.testing.assert_array_equal(q, step.q)
-        if kind == "locked" and k == 499:
+            both.withdraw("elbow")
+        step = both.step(targets.at(k))
+        if fault.kind == "locked" and k == 499:
             assert step.v[3] == step.v[4] == 0.0
 
 
@@ -476,12 +392,11 @@ def test_what_the_library_hands_out_may_be_handed_to_it(panda, panda_file, built
     goal[:3, 3] += [0.02, -0.03, 0.01]
     target = ftqp.Target(pose=goal).packed
     for arm in (panda, plain):
-        arm.code.ftqp_v.restype = ctypes.POINTER(ctypes.c_double)
         arm.open()
         arm.reset()
     for _ in range(200):
         at = [panda.call(name) for name in ("q", "v")]
-        copies = [numbers(np.array(plain.call(name)[:7])) for name in ("q", "v")]
+        copies = [numbers(plain.sent(name)) for name in ("q", "v")]
         assert panda.call("step", *at, numbers(target), 1) == plain.call("step", *copies, numbers(target), 1)
         assert panda.call("q")[:7] == plain.call("q")[:7]
     assert panda.call("reset", panda.call("q"), None) == plain.call("reset", copies[0], None) == 0

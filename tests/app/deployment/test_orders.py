@@ -4,13 +4,13 @@ import ctypes
 
 import numpy as np
 import pytest
-from tests.app.deployment.test_library import MISTAKES, Library, fault_of, numbers
+from tests.app.deployment.in_c import MISTAKES, PANDA, Both, fault_of, numbers
+from tests.going import targets_along
 
 import ftqp
-from ftqp.app.deployment.headers import arm_file, arm_header
+from ftqp.app.deployment.headers import arm_header
 from ftqp.app.scenario.setup import load
 
-PANDA = ftqp.robots.load("panda")
 DT, TICKS = 1e-3, 600
 TOOL = np.eye(4)
 TOOL[:3, :3] = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
@@ -25,35 +25,17 @@ def moved(T, by):
     return found
 
 
-class Pair:
-    """A planner in Python and its library, which are told the same."""
-
-    def __init__(self, built, **given):
-        self.planner = ftqp.Planner(PANDA, DT, **given)
-        self.arm = Library(built, arm_file(self.planner.deployable(), 7))
-        self.q, self.k = PANDA.neutral.copy(), 0
-        self.planner.reset(self.q)
-        assert self.arm.open() == self.arm.reset(self.q) == 0
-        self.rng = np.random.default_rng(3)
-
-    def step(self, target):
-        measured = self.q + self.rng.normal(0.0, 1e-5, 7)
-        step = self.planner.step(measured, None, target)
-        row = target.packed if target.packed.ndim == 1 else target.packed[target.row]
-        assert self.arm.step(measured, row) == step.code, self.k
-        np.testing.assert_array_equal(np.array(self.arm.call("q")[:7]), step.q, err_msg=str(self.k))
-        self.q, self.k = step.q.copy(), self.k + 1
-        return step
+def pair(built, **given):
+    return Both(built, ftqp.Planner(PANDA, DT, **given), noise=1e-5)
 
 
 def circle(pose, radius):
-    motion = ftqp.paths.Circle(pose, radius=radius, duration=1.5).sample(np.arange(TICKS) * DT)
-    return ftqp.Targets(motion.pose, motion.twist, motion.acceleration)
+    return targets_along(ftqp.paths.Circle(pose, radius=radius, duration=1.5), TICKS, DT)
 
 
 @pytest.mark.parametrize("drive", ["position", "torque"])
 def test_a_tool_and_a_load_are_those_of_python(built, drive):
-    both = Pair(built, drive=drive)
+    both = pair(built, drive=drive)
     targets = circle(PANDA.pose(PANDA.neutral), 0.02)
     for k in range(TICKS):
         if k == 100:
@@ -64,8 +46,7 @@ def test_a_tool_and_a_load_are_those_of_python(built, drive):
             both.planner.carry(LOAD)
             assert both.arm.call("carry", numbers(LOADED)) == 0
         if k == 300:
-            both.planner.report(ftqp.Locked(2))
-            assert both.arm.call("report", fault_of(2, 1)) == 0
+            both.report(ftqp.Locked(2))
         if k == 400:
             both.planner.carry(None)
             assert both.arm.call("carry", None) == 0
@@ -88,19 +69,17 @@ TASKS = {
 }
 
 
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("name", TASKS)
 def test_a_further_task_is_that_of_python(built, name, level):
     """Its goal is where the arm begins, is moved, and counts less in the end; a joint locks meanwhile."""
-    both = Pair(built, level=level, task=ftqp.Task("position"), tasks=[TASKS[name]])
+    both = pair(built, level=level, task=ftqp.Task("position"), tasks=[TASKS[name]])
     task, targets = both.planner.tasks[name], circle(PANDA.pose(PANDA.neutral), 0.04)
     error = np.zeros(6)
     for k in range(TICKS):
         if k == 150:
             aimed(both, task, name)
         if k == 300:
-            both.planner.report(ftqp.Locked(1))
-            assert both.arm.call("report", fault_of(1, 1)) == 0
+            both.report(ftqp.Locked(1))
         if k == 450:
             task.weight = 0.0
             assert both.arm.call("weight", 0, ctypes.c_double(0.0)) == 0
@@ -135,8 +114,7 @@ def test_a_thing_that_moves_is_avoided_as_in_python(built):
     tip = PANDA.pose(PANDA.neutral)[:3, 3]
     scene.add("ball", ftqp.Sphere(radius=0.05, place=tip + np.array([0.0, 0.3, 0.0])))
     scene.add("box", ftqp.Box(size=(0.1, 0.1, 0.1), place=tip + np.array([0.0, -0.4, 0.1])))
-    both = Pair(built, scene=scene, detector=False)
-    both.arm.code.ftqp_clearance.restype = ctypes.c_double
+    both = pair(built, scene=scene, detector=False)
     target = ftqp.Target(pose=PANDA.pose(PANDA.neutral))
     least = np.inf
     for k in range(TICKS):
@@ -161,7 +139,7 @@ def test_what_is_wrong_with_an_order_is_a_number_with_a_sentence_and_changes_not
     scene = ftqp.Scene()
     scene.add("ball", ftqp.Sphere(radius=0.05, place=(0.0, 1.0, 0.0)))
     tasks = [ftqp.PostureTask(), ftqp.PositionTask("panda_joint4", level=0, rows="z")]
-    both = Pair(built, scene=scene, tasks=tasks)
+    both = pair(built, scene=scene, tasks=tasks)
     arm, header = both.arm, arm_header(both.planner, "panda", b"", embedded=False)
     assert "#define FTQP_ARM_TASKS 2\n" in header and 'ftqp_arm_things[] = {"ball"};' in header
     assert [arm.call("has", what) for what in range(1, 8)] == [1, 0, 1, 1, 1, 1, 0]
@@ -191,12 +169,11 @@ def test_what_is_wrong_with_an_order_is_a_number_with_a_sentence_and_changes_not
 
 
 def test_a_brake_that_is_closed_is_that_of_python(built):
-    both = Pair(built)
+    both = pair(built)
     targets = circle(PANDA.pose(PANDA.neutral), 0.04)
     for k in range(200):
         if k == 50:
-            both.planner.report(ftqp.FreeSwinging(4))
-            assert both.arm.call("report", fault_of(4, 2)) == 0
+            both.report(ftqp.FreeSwinging(4))
         if k == 100:
             both.planner.brake(4)
             assert both.arm.call("brake", 4) == 0
@@ -208,18 +185,10 @@ def test_a_brake_that_is_closed_is_that_of_python(built):
 def test_two_arms_carry_a_bar_as_in_python(built):
     """The bundled scenario, whose second arm keeps its place on the first: a joint locks half-way."""
     setup = load("dual-panda-bar")
-    planner, n, dt = setup.planner, setup.robot.nv, setup.planner.dt
-    arm = Library(built, arm_file(planner.deployable(), n))
-    motion = setup.path.sample(np.arange(400) * dt)
-    targets = ftqp.Targets(motion.pose, motion.twist, motion.acceleration)
-    q = setup.q.copy()
-    planner.reset(q)
-    assert arm.open() == arm.reset(q) == 0 and arm.call("tasks") == 1
+    both = Both(built, setup.planner, setup.q)
+    targets = targets_along(setup.path, 400, setup.planner.dt)
+    assert both.arm.call("tasks") == 1
     for k in range(400):
         if k == 200:
-            planner.report(ftqp.Locked(3))
-            assert arm.call("report", fault_of(3, 1)) == 0
-        step = planner.step(q, None, targets.at(k))
-        assert arm.step(q, targets.packed[k]) == step.code
-        np.testing.assert_array_equal(np.array(arm.call("q")[:n]), step.q, err_msg=str(k))
-        q = step.q.copy()
+            both.report(ftqp.Locked(3))
+        both.step(targets.at(k))

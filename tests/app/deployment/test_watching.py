@@ -1,54 +1,33 @@
 """What a library in C notices is what Python notices, in the same ticks and with the same numbers."""
 
-import ctypes
-
 import numpy as np
 import pytest
-from tests.app.deployment.test_library import MISTAKES, Library, fault_of
+from tests.app.deployment.in_c import KINDS, MISTAKES, PANDA, Both, Finding, Library
+from tests.going import targets_along
 
 import ftqp
 from ftqp.app.deployment.headers import arm_file
 
-PANDA = ftqp.robots.load("panda")
 DT, NOISE = 1e-3, ftqp.Noise(q=1e-5, tau=0.05)
 DRIVE = ftqp.Drive(kind="torque", inertia_error=0.0)
 LOCKED, TICKS, STUCK = 3, 1200, 900
 
 
-KINDS = {"locked": 1, "free_swinging": 2, "degraded": 3}
-
-
-class Finding(ctypes.Structure):
-    _fields_ = (
-        *((name, ctypes.c_int32) for name in ("joint", "kinds")),
-        *((name, ctypes.c_double) for name in ("probability", "onset", "detected_at", "share")),
-    )
-
-
 @pytest.mark.long
 def test_findings_are_those_of_python(built):
-    planner = ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE)
-    arm = Library(built, arm_file(planner.deployable(), 7))
-    rng, q = np.random.default_rng(0), PANDA.neutral.copy()
-    path = ftqp.paths.Circle(PANDA.pose(q), radius=0.1, duration=2.0)
-    motion = path.sample(np.arange(TICKS) * DT)
-    targets = ftqp.Targets(motion.pose, motion.twist, motion.acceleration)
-    planner.reset(q)
-    assert arm.open() == arm.reset(q) == 0
-    said = []
+    both = Both(built, ftqp.Planner(PANDA, DT, drive=DRIVE, noise=NOISE), noise=NOISE.q)
+    arm, said = both.arm, []
+    targets = targets_along(ftqp.paths.Circle(PANDA.pose(both.q), radius=0.1, duration=2.0), TICKS, DT)
     for k in range(TICKS):
-        measured = q + rng.normal(0.0, NOISE.q, 7)
-        step = planner.step(measured, None, targets.at(k))
-        assert arm.step(measured, targets.packed[k]) == step.code
+        stuck = both.q[LOCKED]
+        both.step(targets.at(k))
         said.append(arm.call("watch", None))
-        if planner.findings:
+        if both.planner.findings:
             break
-        stuck = q[LOCKED]
-        q = step.q.copy()
         if k >= STUCK:
-            q[LOCKED] = stuck
+            both.q[LOCKED] = stuck
     assert said[-1] == 2 and 2 not in said[:-1]
-    (finding,) = planner.findings
+    (finding,) = both.planner.findings
     out = (Finding * 7)()
     assert arm.call("detect", out, 7) == 1
     assert out[0].joint == PANDA.joint(finding.joint) == LOCKED
@@ -95,32 +74,22 @@ def test_what_is_made_of_a_finding_is_what_python_makes_of_it(built, story, kind
     """Joints stand, work again or lose their encoders unannounced: commands are Python's to the last bit."""
     arm_does, told, named = STORIES[story]
     planner = ftqp.Planner(PANDA, DT, drive=kind, noise=NOISE)
-    arm = Library(built, arm_file(planner.deployable(), 7))
-    rng, q = np.random.default_rng(1), PANDA.neutral.copy()
-    path = ftqp.paths.Circle(PANDA.pose(q), radius=0.12, duration=2.0)
-    motion = path.sample(np.arange(1500) * DT)
-    targets = ftqp.Targets(motion.pose, motion.twist, motion.acceleration)
-    planner.reset(q)
-    assert arm.open() == arm.reset(q) == 0
+    both = Both(built, planner, noise=NOISE.q)
+    targets = targets_along(ftqp.paths.Circle(PANDA.pose(both.q), radius=0.12, duration=2.0), 1500, DT)
     seen, statuses = set(), set()
     for k in range(1500):
         if k in told:
-            fault = told[k]
-            planner.report(fault)
-            left = {"velocity": fault.velocity} if fault.kind == "degraded" else {}
-            assert arm.call("report", fault_of(LOCKED, 3 if left else 1, **left)) == 0
-        measured = q + rng.normal(0.0, NOISE.q, 7)
-        step = planner.step(measured, None, targets.at(k))
-        assert arm.step(measured, targets.packed[k]) == step.code, k
-        np.testing.assert_array_equal(np.array(arm.call("q")[:7]), step.q, err_msg=str(k))
+            both.report(told[k])
+        before = both.q
+        step = both.step(targets.at(k))
         kinds = [0 if one not in planner.faults else KINDS[planner.faults[one].kind] for one in PANDA.joints]
-        assert [arm.call("believed", i) for i in range(7)] == kinds, k
+        assert [both.arm.call("believed", i) for i in range(7)] == kinds, k
         seen |= {finding.kind for finding in planner.findings}
         statuses.add(step.status.name)
-        q = arm_does(q, step.q.copy(), k)
+        both.q = arm_does(before, both.q, k)
     assert named is None or named in seen, seen
     assert ("HELD" in statuses) == (story == "all are held and let go")
-    assert (arm.call("stop_reason") != 0) == (planner.stopped_because is not None)
+    assert (both.arm.call("stop_reason") != 0) == (planner.stopped_because is not None)
 
 
 @pytest.mark.long

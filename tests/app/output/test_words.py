@@ -2,18 +2,17 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from ftqp.app.output.words import ending, fault_sentence, further_sentences, limits_sentence
 
 
-def test_rounding_is_no_exceeded_limit() -> None:
+def test_rounding_is_no_exceeded_limit():
     assert limits_sentence({"q": 1e-12, "v": 0.0, "a": 0.0, "tau": 0.0}) == "every joint limit was kept"
 
 
-def test_every_exceeded_limit_is_named_with_its_excess() -> None:
+def test_every_exceeded_limit_is_named_with_its_excess():
     said = limits_sentence({"q": 0.01, "v": 0.0, "a": 0.0, "tau": 2.0})
     assert said == "limits exceeded: position by 0.01, torque by 2"
 
@@ -26,11 +25,11 @@ def test_every_exceeded_limit_is_named_with_its_excess() -> None:
         ("degraded", None, "j1 is degraded at 2 s; nobody reports it"),
     ],
 )
-def test_fault_tells_what_when_and_who_knows(kind: str, announced: float | None, sentence: str) -> None:
+def test_fault_tells_what_when_and_who_knows(kind, announced, sentence):
     assert fault_sentence({"kind": kind, "joint": "j1", "at": 2.0, "announced": announced}) == sentence
 
 
-def test_ending_tells_interruption_completion_and_stop_apart() -> None:
+def test_ending_tells_interruption_completion_and_stop_apart():
     facts = {
         "status_counts": {"OK": 1, "STOPPED": 2},
         "steps": 3,
@@ -46,7 +45,7 @@ def test_ending_tells_interruption_completion_and_stop_apart() -> None:
     assert ending(facts) == "stopped at 1.50 s: the task could not go on"
 
 
-def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
+def test_soft_tasks_and_kept_points_are_told_in_their_units():
     tasks = {
         "elbow": {"final_error": 0.014, "max_error": 0.1, "unit": "m"},
         "look": {"final_error": None, "max_error": 0.76, "unit": "rad"},
@@ -80,23 +79,21 @@ def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
         (0.07, "nothing of the servos was estimated, because no joint moved enough"),
     ],
 )
-def test_lags_that_were_learned_are_said(error: float, sentence: str) -> None:
+def test_lags_that_were_learned_are_said(error, sentence):
     joints = {"j1": {"lag": [0.021, error]}, "j2": {"lag": [0.042, error]}}
     assert further_sentences({"learned": {"robot": "arm", "joints": joints}}) == [sentence]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a shell that closes standard output")
 @pytest.mark.parametrize("arguments", ["schemes", "run panda-circle --out never"])
-def test_standard_output_that_is_closed_is_said_before_anything_is_done(
-    arguments: str, tmp_path: Path
-) -> None:
+def test_standard_output_that_is_closed_is_said_before_anything_is_done(arguments, tmp_path):
     command = f'"{sys.executable}" -m ftqp {arguments} >&-'
     result = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, check=False, cwd=tmp_path)
     assert result.returncode == 2 and not list(tmp_path.iterdir())
     assert result.stderr.startswith("error: standard output is closed, expected one for results")
 
 
-def test_reader_who_has_had_enough_is_no_error() -> None:
+def test_reader_who_has_had_enough_is_no_error():
     command = [sys.executable, "-m", "ftqp", "check", "--keys"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as begun:
         assert begun.stdout is not None and begun.stderr is not None

@@ -2,11 +2,10 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from tests.app.conftest import invoke
+from tests.app.conftest import SHORT, invoke
 
 import ftqp
 from ftqp.qp import Recorder, Recording
@@ -15,23 +14,20 @@ from ftqp.sim.plants.kinematic_plant import KinematicPlant
 PROBLEMS = Path(__file__).resolve().parents[3] / "solvers" / "problems"
 
 
-def answer(*arguments: object) -> dict[str, Any]:
+def answer(*arguments):
     """The JSON object of a replay."""
     result = invoke("replay", *arguments, "--json")
     assert result.exit_code == 0, result.output
-    facts: dict[str, Any] = json.loads(result.stdout)
+    facts = json.loads(result.stdout)
     return facts
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(tmp_path_factory):
     """The recording of a run of 51 ticks in which j2 locks at tick 20."""
     folder = tmp_path_factory.mktemp("run")
     scenario = folder / "short.toml"
-    scenario.write_text(
-        '[robot]\nname = "planar6"\n[planner]\ndt = 0.01\n[path]\nkind = "line"\nduration = 0.5\n'
-        'displacement = [0.01, 0.0, 0.0]\n[[faults]]\nkind = "locked"\njoint = "j2"\nat = 0.2\n'
-    )
+    scenario.write_text(SHORT)
     result = invoke(
         "run", "--no-figures", scenario, "--out", folder / "out", "--record-qps", folder / "out" / "qps.npz"
     )
@@ -39,7 +35,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out" / "qps.npz"
 
 
-def test_run_records_every_qp_and_says_where(file: Path) -> None:
+def test_run_records_every_qp_and_says_where(file):
     recording = Recording.load(file)
     assert recording.tick.tolist() == list(range(51))
     summary = json.loads((file.parent / "summary.json").read_text())
@@ -49,7 +45,7 @@ def test_run_records_every_qp_and_says_where(file: Path) -> None:
 
 
 @pytest.mark.long
-def test_run_keeps_the_ticks_that_the_scenario_asks_for(short: Path, tmp_path: Path) -> None:
+def test_run_keeps_the_ticks_that_the_scenario_asks_for(short, tmp_path):
     choices = ("recording.begin=0.1", "recording.end=0.31", "recording.every=4", "recording.limit=3")
     sets = [word for choice in choices for word in ("--set", choice)]
     result = invoke(
@@ -71,9 +67,7 @@ def test_run_keeps_the_ticks_that_the_scenario_asks_for(short: Path, tmp_path: P
         ("q.npz", ("begin=0.401", "end=0.402"), "recording: no tick"),
     ],
 )
-def test_a_recording_that_cannot_be_is_refused_before_the_run(
-    short: Path, tmp_path: Path, name: str, window: tuple[str, ...], message: str
-) -> None:
+def test_a_recording_that_cannot_be_is_refused_before_the_run(short, tmp_path, name, window, message):
     sets = [word for one in window for word in ("--set", f"recording.{one}")]
     result = invoke(
         "run", "--no-figures", short, *sets, "--out", tmp_path / "out.npz", "--record-qps", tmp_path / name
@@ -83,12 +77,10 @@ def test_a_recording_that_cannot_be_is_refused_before_the_run(
     assert not (tmp_path / "out.npz").exists()
 
 
-def test_interrupted_run_keeps_what_it_has_recorded(
-    short: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupted_run_keeps_what_it_has_recorded(short, tmp_path, monkeypatch):
     advance, calls = KinematicPlant.advance, []
 
-    def interrupted(plant: KinematicPlant, step: Any) -> None:
+    def interrupted(plant, step):
         calls.append(1)
         if len(calls) == 20:
             raise KeyboardInterrupt
@@ -103,14 +95,14 @@ def test_interrupted_run_keeps_what_it_has_recorded(
     assert json.loads(result.stdout)["recording"]["ticks"] == [0, 19]
 
 
-def test_replay_without_tick_tells_what_was_recorded(file: Path) -> None:
+def test_replay_without_tick_tells_what_was_recorded(file):
     result = invoke("replay", file)
     assert result.exit_code == 0
     assert "51 QPs of 8 variables and 8 rows, ticks 0 to 50, 0 s to 0.5 s" in result.stdout
     assert answer(file)["claims"] == {"solved": 51}
 
 
-def test_replay_names_the_locked_joint_and_its_multiplier(file: Path) -> None:
+def test_replay_names_the_locked_joint_and_its_multiplier(file):
     recording = Recording.load(file)
     facts = answer(file, "--tick", 45)
     rows = {row["name"]: row for row in facts["solution"]["variables"]}
@@ -123,7 +115,7 @@ def test_replay_names_the_locked_joint_and_its_multiplier(file: Path) -> None:
     assert "Fixed: j2" in invoke("replay", file, "--tick", 45, "--backends", "daqp").stdout
 
 
-def test_replay_tells_what_each_task_row_loses(file: Path) -> None:
+def test_replay_tells_what_each_task_row_loses(file):
     recording = Recording.load(file)
     rows = answer(file, "--tick", 30)["solution"]["task"]
     lost = recording.A[30][:, :6] @ recording.x[30, :6] - recording.b[30]
@@ -132,14 +124,14 @@ def test_replay_tells_what_each_task_row_loses(file: Path) -> None:
     assert all(row["unit"] == "m/s2" for row in rows)
 
 
-def test_replay_compares_the_backends_it_is_told(file: Path) -> None:
+def test_replay_compares_the_backends_it_is_told(file):
     facts = answer(file, "--tick", 30, "--backend", "daqp", "--backends", "active_set, proxqp")
     assert [row["backend"] for row in facts["backends"]] == ["daqp", "active_set", "proxqp"]
     assert all(row["verdict"] == "agrees" and row["difference"] < 1e-6 for row in facts["backends"])
     assert facts["disagree"] == facts["gave_up"] == []
 
 
-def test_a_backend_that_lies_is_named(file: Path, tmp_path: Path) -> None:
+def test_a_backend_that_lies_is_named(file, tmp_path):
     """The recorded answer solves the QP, the profile stops far from it."""
     profile = tmp_path / "hasty.toml"
     profile.write_text('name = "osqp"\nmax_iterations = 1\n')
@@ -150,7 +142,7 @@ def test_a_backend_that_lies_is_named(file: Path, tmp_path: Path) -> None:
     assert facts["gave_up"] == [str(profile)]
 
 
-def test_replay_explains_why_a_qp_has_no_solution() -> None:
+def test_replay_explains_why_a_qp_has_no_solution():
     facts = answer(PROBLEMS / "planar6-infeasible.npz", "--tick", 1510, "--backends", "active_set,proxqp")
     proof = facts["solution"]["certificate"]
     assert proof["rows"] == ["x", "y"] and proof["two_sided_rows"] == []
@@ -160,7 +152,7 @@ def test_replay_explains_why_a_qp_has_no_solution() -> None:
     assert "exclude each other: the point closest" in text and "j5 (fixed at 0)" in text
 
 
-def test_replay_gives_torques_in_newton_metres_at_both_levels() -> None:
+def test_replay_gives_torques_in_newton_metres_at_both_levels():
     facts = answer(PROBLEMS / "panda-torque.npz", "--tick", 120, "--backends", "daqp")
     rows = {row["name"]: row for row in facts["solution"]["torques"]}
     elbow = rows["torque panda_joint4"]
@@ -171,7 +163,7 @@ def test_replay_gives_torques_in_newton_metres_at_both_levels() -> None:
     assert slow["solution"]["variables"][0]["unit"] == "rad/s"
 
 
-def test_a_recording_of_no_planner_is_explained_without_units(tmp_path: Path) -> None:
+def test_a_recording_of_no_planner_is_explained_without_units(tmp_path):
     recorder = Recorder("daqp")
     ftqp.qp.solve(ftqp.QP(np.eye(2), [1.0, -3.0], C=[[1.0, 1.0]], u=[1.0], lb=[0.0, 0.0]), recorder)
     recorder.recording(dt=1.0).save(tmp_path / "q.npz")
@@ -191,7 +183,7 @@ def test_a_recording_of_no_planner_is_explained_without_units(tmp_path: Path) ->
         (("--tick", "-1"), "the nearest recorded one is 0"),
     ],
 )
-def test_wrong_choices_are_said_in_words(file: Path, arguments: tuple[str, ...], message: str) -> None:
+def test_wrong_choices_are_said_in_words(file, arguments, message):
     result = invoke("replay", file, *arguments, "--json")
     assert result.exit_code == 2
     assert message in result.stderr

@@ -1,8 +1,6 @@
 """Runs into folders, healthy motions, and the arm of a run from its log."""
 
 import json
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ import ftqp
 from ftqp.app.commands.covering import healthy_motion, task_of
 from ftqp.app.run import runs
 from ftqp.app.run.recorded_robot import recorded_robot
-from ftqp.app.scenario.setup import Setup, load
+from ftqp.app.scenario.setup import load
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.model import catalog
 from ftqp.sim.log.log_rows import LogRows
@@ -20,14 +18,14 @@ from ftqp.sim.log.log_writer import log_files
 from ftqp.sim.log.signals import columns
 
 
-def setup(**tables: Any) -> Setup:
+def setup(**tables):
     return setup_of(**{"planner": {"dt": 0.01}, "path": ROUND} | tables)
 
 
 ROUND = {"kind": "circle", "radius": 0.02, "duration": 0.5}
 
 
-def test_a_path_with_laps_is_repeated(tmp_path: Path) -> None:
+def test_a_path_with_laps_is_repeated(tmp_path):
     slowly = ROUND | {"duration": 2.0}
     one = runs.run(setup(path=slowly), tmp_path / "one", drawn=False)
     four = runs.run(setup(path=slowly | {"laps": 4.0}), tmp_path / "four", drawn=False)
@@ -50,18 +48,18 @@ def test_a_path_with_laps_is_repeated(tmp_path: Path) -> None:
         ({"log": {"keep": 2}}, "part, their length, is not given"),
     ],
 )
-def test_laps_and_parts_that_cannot_be_are_refused(tables: dict[str, Any], said: str) -> None:
+def test_laps_and_parts_that_cannot_be_are_refused(tables, said):
     with pytest.raises(ScenarioError) as caught:
         setup(**tables)
     assert said in str(caught.value)
 
 
-def test_what_a_path_survives_is_asked_of_one_lap() -> None:
+def test_what_a_path_survives_is_asked_of_one_lap():
     with pytest.raises(ScenarioError, match=r"take path\.laps out"):
         task_of(setup(path=ROUND | {"laps": 2.0}))
 
 
-def test_a_run_in_parts_sums_up_all_its_ticks(tmp_path: Path) -> None:
+def test_a_run_in_parts_sums_up_all_its_ticks(tmp_path):
     laps = {"path": ROUND | {"laps": 140.0}, "faults": [{"kind": "locked", "joint": 2, "at": 0.3}]}
     whole = runs.run(setup(**laps), tmp_path / "whole", drawn=False).summary
     parts = runs.run(setup(**laps, log={"part": 15.0, "keep": 2}), tmp_path / "parts", drawn=False).summary
@@ -75,7 +73,7 @@ def test_a_run_in_parts_sums_up_all_its_ticks(tmp_path: Path) -> None:
     assert "part = 15.0" in scenario and "keep = 2" in scenario
 
 
-def test_two_runs_into_one_folder_do_not_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_runs_into_one_folder_do_not_meet(tmp_path, monkeypatch):
     first, second = setup(), setup()
     folder = runs.free_folder(tmp_path / "out", "x")
     assert runs.free_folder(tmp_path / "out", "x") == folder  # both have looked before either has made it
@@ -89,9 +87,7 @@ def test_two_runs_into_one_folder_do_not_meet(tmp_path: Path, monkeypatch: pytes
     )
 
 
-def test_a_disk_that_is_full_in_the_middle_keeps_what_was_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_disk_that_is_full_in_the_middle_keeps_what_was_written(tmp_path, monkeypatch):
     resource = pytest.importorskip("resource", reason="needs a system that limits the size of files")
     made = setup(path=ROUND | {"laps": 400.0})
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -107,7 +103,7 @@ def test_a_disk_that_is_full_in_the_middle_keeps_what_was_written(
 
 
 @pytest.mark.parametrize("overrides", [[], ["planner.task.mode=scaled"]])
-def test_the_joints_are_on_the_path_at_every_sample(overrides: list[str]) -> None:
+def test_the_joints_are_on_the_path_at_every_sample(overrides):
     setup = load("planar3-line", overrides)
     task, q = healthy_motion(setup)
     assert task.N == 400 and q.shape == (401, 3)
@@ -116,12 +112,7 @@ def test_the_joints_are_on_the_path_at_every_sample(overrides: list[str]) -> Non
     assert np.abs(tips - task.goals[:, :2, 3]).max() < 2e-3
 
 
-def test_a_base_that_moves_has_no_task_on_a_time_grid() -> None:
-    with pytest.raises(ScenarioError, match="a base that moves"):
-        task_of(load("iiwa-moving-base-locked"))
-
-
-def test_an_arm_that_does_not_get_there_healthy_is_told() -> None:
+def test_an_arm_that_does_not_get_there_healthy_is_told():
     with pytest.raises(ScenarioError, match="even while nothing fails"):
         healthy_motion(load("planar3-line", ["faults=", "path.duration=0.3"]))
 

@@ -1,17 +1,13 @@
 """The table [base]: what it makes, and what it refuses in one sentence with its path."""
 
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 from tests.app.conftest import setup_of
 
-from ftqp.app.scenario.setup import Setup, load
+from ftqp.app.scenario.setup import load
 from ftqp.core.errors import ScenarioError
-from ftqp.sim.plants.servo_plant import ServoPlant
 
-BASE: dict[str, Any] = {"kind": "platform"}
+BASE = {"kind": "platform"}
 
 
 HELD = {
@@ -21,26 +17,26 @@ HELD = {
 }
 
 
-def setup(folder: Path | None = None, **tables: Any) -> Setup:
+def setup(folder=None, **tables):
     """What a scenario of a Panda that holds its pose stands for, with these tables."""
     return setup_of(folder, **HELD | tables)
 
 
-def refused(**tables: Any) -> str:
+def refused(**tables):
     """The errors of a scenario, in one text."""
     with pytest.raises(ScenarioError) as caught:
         setup(**tables)
     return str(caught.value) + " ".join(caught.value.errors)
 
 
-def test_path_begins_where_the_base_has_put_the_tip() -> None:
+def test_path_begins_where_the_base_has_put_the_tip():
     found = setup()
     assert found.world is not None
     np.testing.assert_allclose(found.path.start, found.world.start() @ found.robot.pose(found.q), atol=1e-15)
     np.testing.assert_allclose(found.world.start()[:3, 3], [0.20, 0.0, 0.75])
 
 
-def test_settings_reach_the_inertial_task() -> None:
+def test_settings_reach_the_inertial_task():
     table = BASE | {
         "sensing": "late",
         "delay": 0.002,
@@ -59,10 +55,10 @@ def test_settings_reach_the_inertial_task() -> None:
     assert world.follower.gain == 0.7 and base.observer is not None and base.observer.lowpass == 0.3
 
 
-def test_random_motion_follows_the_seed() -> None:
+def test_random_motion_follows_the_seed():
     table = BASE | {"disturbances": [{"kind": "random", "coordinate": "tilt", "rms": 0.1, "corner": 1.0}]}
 
-    def moved(seed: int) -> Any:
+    def moved(seed):
         world = setup(base=table, simulation={"seed": seed}).world
         assert world is not None
         world.reset(np.zeros(7), np.zeros(7), 50)
@@ -73,26 +69,21 @@ def test_random_motion_follows_the_seed() -> None:
     assert not np.array_equal(moved(1), moved(2))
 
 
-def test_recording_is_found_beside_the_scenario_and_resolved(tmp_path: Path) -> None:
+def test_recording_is_found_beside_the_scenario_and_resolved(tmp_path):
     (tmp_path / "motion.csv").write_text("t,rx\n0,0\n1,0.1\n", encoding="utf-8")
     table = {"kind": "free", "disturbances": [{"kind": "recorded", "file": "motion.csv"}]}
     found = setup(tmp_path, base=table)
     assert found.content["base"]["disturbances"][0]["file"] == str(tmp_path / "motion.csv")
 
 
-def test_servo_is_made_of_its_table() -> None:
-    found = setup(simulation={"plant": "servo", "servo": {"time_constant": 0.02}})
-    assert isinstance(found.plant, ServoPlant) and found.plant.drive is None
-
-
-def test_servos_take_what_the_drive_sends_and_add_up_velocities_above_a_moving_base() -> None:
-    servo: dict[str, Any] = {"simulation": {"plant": "servo"}, "base": None}
+def test_servos_take_what_the_drive_sends_and_add_up_velocities_above_a_moving_base():
+    servo = {"simulation": {"plant": "servo"}, "base": None}
     assert setup(**servo, planner={"drive": "velocity"}).plant.drive == "velocity"
     assert "plant 'servo'" in refused(**servo, planner={"drive": "torque"})
     assert load("puma-step-10").plant.drive is None
 
 
-def test_branch_limits_and_priority_reach_the_planner() -> None:
+def test_branch_limits_and_priority_reach_the_planner():
     planner = {
         "level": "velocity",
         "branch_limits": {"panda_joint4": [-2.5, -1.0]},
@@ -103,7 +94,7 @@ def test_branch_limits_and_priority_reach_the_planner() -> None:
     assert found.task.priority == "position_first"
 
 
-def test_planner_that_does_not_fit_a_moving_base_is_named() -> None:
+def test_planner_that_does_not_fit_a_moving_base_is_named():
     assert "base: leader 'base' does not go with level 'acceleration'" in refused(
         planner={"level": "acceleration"}
     )

@@ -1,7 +1,6 @@
 """A scenario led by a plan begins where the plan does, goes its way, and refuses plans of something else."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ LINE = "planar3-line"
 
 
 @pytest.fixture(scope="module")
-def plan_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def plan_file(tmp_path_factory):
     setup = load(LINE, ["faults="])
     knobs = ftqp.analysis.PlanSettings(waypoints=40, spacing=0.1)
     file = tmp_path_factory.mktemp("plans") / "line.npz"
@@ -26,9 +25,7 @@ def plan_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.long
-def test_a_lock_that_ends_the_motion_of_least_speed_is_survived_on_the_plan(
-    plan_file: Path, tmp_path: Path
-) -> None:
+def test_a_lock_that_ends_the_motion_of_least_speed_is_survived_on_the_plan(plan_file, tmp_path):
     without = runs.run(load(LINE), tmp_path / "without", drawn=False).summary
     planned = load(LINE, plan=plan_file)
     assert np.array_equal(planned.q, ftqp.analysis.load_plan(plan_file).q[0])
@@ -38,7 +35,7 @@ def test_a_lock_that_ends_the_motion_of_least_speed_is_survived_on_the_plan(
 
 
 @pytest.mark.long
-def test_the_healthy_run_on_a_plan_is_the_plan(plan_file: Path) -> None:
+def test_the_healthy_run_on_a_plan_is_the_plan(plan_file):
     setup = load(LINE, ["faults="], plan=plan_file)
     task, q = healthy_motion(setup)
     plan = ftqp.analysis.load_plan(plan_file, setup.robot, task)
@@ -47,7 +44,7 @@ def test_the_healthy_run_on_a_plan_is_the_plan(plan_file: Path) -> None:
     assert np.abs(poses[:, :2, 3] - task.goals[:, :2, 3]).max() < 1e-4
 
 
-def test_the_resolved_scenario_names_its_plan_and_a_scheme_that_it_can_lead(plan_file: Path) -> None:
+def test_the_resolved_scenario_names_its_plan_and_a_scheme_that_it_can_lead(plan_file):
     setup = load("zhang7-short", ["planner.dt=0.01"])
     assert setup.planner.scheme.name == "mvn"
     again = load(LINE, ["planner.scheme="], plan=plan_file)
@@ -55,7 +52,7 @@ def test_the_resolved_scenario_names_its_plan_and_a_scheme_that_it_can_lead(plan
     assert again.content["planner"]["plan"] == str(plan_file)
 
 
-def test_a_plan_of_one_hand_is_made_and_leads_the_whole_robot(tmp_path: Path) -> None:
+def test_a_plan_of_one_hand_is_made_and_leads_the_whole_robot(tmp_path):
     file, scenario = tmp_path / "hand.npz", tmp_path / "hands.toml"
     scenario.write_text(
         '[robot]\nname = "dual_panda"\n[planner]\ndt = 0.02\nscheme = "rmp"\n'
@@ -80,16 +77,14 @@ def test_a_plan_of_one_hand_is_made_and_leads_the_whole_robot(tmp_path: Path) ->
         (LINE, ["planner.scheme=mvn"], "leads to no posture"),
     ],
 )
-def test_a_plan_of_something_else_is_refused(
-    plan_file: Path, scenario: str, overrides: list[str], said: str
-) -> None:
+def test_a_plan_of_something_else_is_refused(plan_file, scenario, overrides, said):
     with pytest.raises(ScenarioError) as raised:
         load(scenario, overrides, plan=plan_file)
     assert any(said in error for error in raised.value.errors)
 
 
 @pytest.mark.long
-def test_run_takes_a_plan_and_says_in_a_sentence_that_there_is_none(plan_file: Path, tmp_path: Path) -> None:
+def test_run_takes_a_plan_and_says_in_a_sentence_that_there_is_none(plan_file, tmp_path):
     done = invoke("run", "--no-figures", LINE, "--plan", plan_file, "--out", tmp_path / "a", "--json")
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["completed"]

@@ -12,7 +12,7 @@ from ftqp.app.campaign.shown_trace import model_file, trace
 from ftqp.app.output.words import further_sentences
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict
-from ftqp.core.errors import InputError, ScenarioError
+from ftqp.core.errors import ScenarioError
 from ftqp.sim.log.metrics import summary as summary_of
 
 HEAD = """
@@ -97,11 +97,6 @@ def test_a_run_keeps_how_near_the_arm_came_and_is_judged_by_it(made, tmp_path):
     q = shown.q.copy()
     q[-200:, 0] += 0.3  # into the post
     assert "touched" in verdict(model_file(setup), replace(shown, q=q)).laws
-
-
-def test_commands_that_look_at_no_scene_refuse_one(made):
-    with pytest.raises(InputError, match=r"has \[\[scene\]\], which ftqp converge does not look at"):
-        made(AROUND).refuse_tables("ftqp converge", "constraints", "scene")
 
 
 def test_bodies_of_the_arm_can_be_given_in_the_file(made):

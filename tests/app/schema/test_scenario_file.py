@@ -1,9 +1,6 @@
 """A scenario, resolved: the objects stand for what the tables say, and the bundled ones do what they tell."""
 
-from collections.abc import Callable
 from functools import cache
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -57,12 +54,12 @@ RELAXED = (
 """Those that complete their task though now and then a limit keeps them from it."""
 
 
-def test_every_bundled_scenario_has_its_ending_told() -> None:
+def test_every_bundled_scenario_has_its_ending_told():
     assert set(bundled()) == set(ENDINGS)
 
 
 @pytest.fixture(scope="module")
-def summary_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[str, Any]]:
+def summary_of(tmp_path_factory):
     """The summary of the run of a bundled scenario, which is run once and not drawn."""
     return cache(
         lambda name: runs.run(load(name), tmp_path_factory.mktemp("runs") / "out", drawn=False).summary
@@ -77,7 +74,7 @@ LONG = ("panda-mujoco-free", "panda-mujoco-payload", "panda-unannounced", "panda
 @pytest.mark.parametrize(
     "name", [pytest.param(k, marks=[pytest.mark.slow] if k in LONG else []) for k in sorted(ENDINGS)]
 )
-def test_bundled_scenario_ends_as_it_tells(name: str, summary_of: Callable[[str], dict[str, Any]]) -> None:
+def test_bundled_scenario_ends_as_it_tells(name, summary_of):
     completed, error = ENDINGS[name]
     summary = summary_of(name)
     assert summary["completed"] is completed
@@ -103,25 +100,20 @@ def test_bundled_scenario_ends_as_it_tells(name: str, summary_of: Callable[[str]
     assert set(summary["status_counts"]) == expected
 
 
-def test_without_a_start_the_arm_is_at_rest_in_its_neutral_posture() -> None:
-    made = setup_of()
-    assert (made.q == made.robot.neutral).all()
-    assert (made.v == 0.0).all()
-
-
-def test_the_path_starts_where_the_arm_is() -> None:
-    q = [0.1, -0.7, 0.2, -2.2, 0.1, 1.6, 0.7]
+def test_the_path_starts_where_the_arm_is_and_the_arm_at_rest_in_its_neutral_posture():
+    neutral, q = setup_of(), [0.1, -0.7, 0.2, -2.2, 0.1, 1.6, 0.7]
+    assert (neutral.q == neutral.robot.neutral).all() and (neutral.v == 0.0).all()
     made = setup_of(start={"q": q})
     assert np.abs(made.path.start - made.robot.pose(q)).max() < 1e-12
 
 
-def test_limits_of_the_scenario_replace_those_of_the_robot() -> None:
+def test_limits_of_the_scenario_replace_those_of_the_robot():
     made = setup_of(robot={"name": "panda", "acceleration": 3.0, "limits": {"v_max": [0.1] * 7}})
     assert (made.robot.limits.v_max == 0.1).all()
     assert (made.robot.limits.a_max == 3.0).all()
 
 
-def test_a_robot_may_be_a_table_of_denavit_and_hartenberg() -> None:
+def test_a_robot_may_be_a_table_of_denavit_and_hartenberg():
     made = setup_of(
         robot={
             "dh": [[0.0, 0.0, 0.5, 0.0], [0.0, 0.0, 0.5, 0.0], [0.0, 0.0, 0.5, 0.0]],
@@ -135,7 +127,7 @@ def test_a_robot_may_be_a_table_of_denavit_and_hartenberg() -> None:
     assert np.abs(made.path.start[2, 3]) < 1e-12
 
 
-def test_a_robot_of_the_catalog_may_have_options() -> None:
+def test_a_robot_of_the_catalog_may_have_options():
     robot = {"name": "planar", "options": {"lengths": [1.0, 0.8, 0.5], "continuous": True}}
     line = {"kind": "line", "displacement": [0.0, 0.1, 0.0], "duration": 1.0}
     made = setup_of(robot=robot, planner={"task": {"rows": ["x", "y"]}}, path=line)
@@ -143,18 +135,17 @@ def test_a_robot_of_the_catalog_may_have_options() -> None:
     assert made.robot.continuous.all()
 
 
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
-def test_every_drive_detects_failures_unless_the_scenario_says_false(drive: str) -> None:
+def test_every_drive_detects_failures_unless_the_scenario_says_false(drive):
     assert setup_of(planner={"drive": drive}).planner.diagnosis is not None
     assert setup_of(planner={"drive": drive, "detector": False}).planner.diagnosis is None
 
 
-def test_a_setting_of_the_detector_before_warns() -> None:
+def test_a_setting_of_the_detector_before_warns():
     with pytest.warns(DeprecationWarning, match="patience of a detector: no effect any more"):
         setup_of(planner={"detector": {"patience": 0.03}})
 
 
-def test_planner_is_made_as_the_scenario_says() -> None:
+def test_planner_is_made_as_the_scenario_says():
     made = setup_of(
         planner={
             "dt": 0.004,
@@ -174,7 +165,7 @@ def test_planner_is_made_as_the_scenario_says() -> None:
     assert planner.task == ftqp.Task(rows="position", mode="hard", kp=7.0)
 
 
-def test_a_scenario_may_name_a_closed_form() -> None:
+def test_a_scenario_may_name_a_closed_form():
     scheme = {"name": "singularity_robust", "rule": "exact_inf", "limit": 0.87}
     made = setup_of(planner={"dt": 0.004, "level": "velocity", "scheme": scheme})
     assert made.planner.scheme == ftqp.schemes.by_name(scheme)
@@ -182,7 +173,7 @@ def test_a_scenario_may_name_a_closed_form() -> None:
     assert "exact_inf" in made.toml
 
 
-def test_faults_keep_their_announcements() -> None:
+def test_faults_keep_their_announcements():
     made = setup_of(
         faults=[
             {"kind": "locked", "joint": "panda_joint4", "at": 0.5, "announced": "never"},
@@ -216,13 +207,13 @@ def test_faults_keep_their_announcements() -> None:
         ({"kind": "point_to_point", "position": [0.4, 0.1, 0.4], "duration": 4.0}, paths.PointToPoint),
     ],
 )
-def test_every_kind_of_path_can_be_named(table: dict[str, Any], kind: type) -> None:
+def test_every_kind_of_path_can_be_named(table, kind):
     made = setup_of(path=table)
     assert type(made.path) is kind
     assert made.duration == 4.0
 
 
-def test_a_relative_goal_counts_from_the_start_pose() -> None:
+def test_a_relative_goal_counts_from_the_start_pose():
     half = np.sqrt(0.5)
     made = setup_of(
         path={
@@ -239,7 +230,7 @@ def test_a_relative_goal_counts_from_the_start_pose() -> None:
     assert np.abs(end[:3, :3] - quarter @ start[:3, :3]).max() < 1e-9
 
 
-def test_waypoints_are_read_from_a_file_beside_the_scenario(tmp_path: Path) -> None:
+def test_waypoints_are_read_from_a_file_beside_the_scenario(tmp_path):
     (tmp_path / "points.csv").write_text("x,y,z\n0.05,0,0\n0.05,0.05,0\n")
     file = tmp_path / "points.toml"
     file.write_text(
@@ -253,9 +244,7 @@ def test_waypoints_are_read_from_a_file_beside_the_scenario(tmp_path: Path) -> N
 
 
 @pytest.mark.long
-def test_singular_scenario_finishes_on_its_line(
-    summary_of: Callable[[str], dict[str, Any]], tmp_path: Path
-) -> None:
+def test_singular_scenario_finishes_on_its_line(summary_of, tmp_path):
     """The whole path with at most 0.05 in (1.27 mm) off it; by the clock the tool leaves it farther."""
     facts = summary_of("modular11-singular")
     assert facts["path_progress"] == 1.0 and facts["path_completed_at"] < 21.0
@@ -277,11 +266,11 @@ def test_singular_scenario_finishes_on_its_line(
         (["planner.task.mode=scaled", "path.reference=progress"], True),
     ],
 )
-def test_scaled_task_goes_by_progress_unless_told_otherwise(overrides: list[str], led: bool) -> None:
+def test_scaled_task_goes_by_progress_unless_told_otherwise(overrides, led):
     assert (load("panda-circle", overrides).follower is not None) is led
 
 
-def test_stall_table_is_the_switch_of_the_escape() -> None:
+def test_stall_table_is_the_switch_of_the_escape():
     on = load("modular11-singular", ["planner.stall.patience=5.0", 'planner.stall.patterns=["random"]'])
     assert on.follower is not None and on.follower.stall == ftqp.StallEscape(
         patience=5.0, patterns=("random",)
@@ -291,7 +280,7 @@ def test_stall_table_is_the_switch_of_the_escape() -> None:
     assert 'stall = "off"' in off.toml
 
 
-def test_load_tool_and_friction_of_the_robot_are_the_planner_s_own() -> None:
+def test_load_tool_and_friction_of_the_robot_are_the_planner_s_own():
     turned = [0.0, 0.0, 0.7071067811865476, 0.7071067811865476]
     made = setup_of(
         robot={

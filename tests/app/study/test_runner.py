@@ -2,7 +2,6 @@
 
 import os
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -11,13 +10,12 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from tests.app.study.jobs import COLUMNS, Squares, expected
+from tests.app.study.jobs import ROOT, Squares, environment, expected, kept, results_in
 
-from ftqp.app.study.results_file import FILE_NAME, ResultsFile, locked
+from ftqp.app.study.results_file import FILE_NAME, locked
 from ftqp.app.study.runner import DEAD_WORKERS, run_study, study_folder
 from ftqp.core.errors import FtqpError, InputError
 
-ROOT = Path(__file__).parents[3]
 SCRIPT = """
 import signal
 import sys
@@ -31,10 +29,6 @@ if __name__ == "__main__":
     with ResultsFile(Path(sys.argv[1]), kind="squares", key="k", columns=COLUMNS) as results:
         run_study(Squares({work}), 200, results, what="squares", jobs={jobs})
 """
-
-
-def results_in(folder: Path) -> ResultsFile:
-    return ResultsFile(folder, kind="squares", key="k", columns=COLUMNS)
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -96,9 +90,9 @@ def begun(folder: Path, rows: int, work: str = "seconds=0.02", jobs: int = 2) ->
     """A process that runs a study, as soon as it has some rows on file."""
     script = folder / "script.py"
     script.write_text(SCRIPT.format(work=work, jobs=jobs), encoding="utf-8")
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
-    process = subprocess.Popen([sys.executable, str(script), str(folder / "out")], env=environment, cwd=ROOT)
-    wait_until(lambda: _rows(folder / "out") >= rows or process.poll() is not None)
+    command = [sys.executable, str(script), str(folder / "out")]
+    process = subprocess.Popen(command, env=environment(), cwd=ROOT)
+    wait_until(lambda: len(kept(folder / "out")) >= rows or process.poll() is not None)
     return process
 
 
@@ -106,17 +100,6 @@ def wait_until(holds: Callable[[], bool]) -> None:
     deadline = time.monotonic() + 60.0
     while not holds() and time.monotonic() < deadline:
         time.sleep(0.05)
-
-
-def _rows(folder: Path) -> int:
-    if not (folder / FILE_NAME).is_file():
-        return 0
-    uri = (folder / FILE_NAME).absolute().as_uri() + "?mode=ro"
-    with closing(sqlite3.connect(uri, uri=True)) as connection:
-        try:
-            return int(connection.execute("SELECT count(*) FROM results").fetchone()[0])
-        except sqlite3.Error:
-            return 0
 
 
 def _children(parent: int) -> list[int]:

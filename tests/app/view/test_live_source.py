@@ -1,25 +1,16 @@
 """A session in its thread: readers, commands from other threads, and a clock that slows down."""
 
 from threading import Thread
-from time import monotonic, sleep
+from time import sleep
 
 import numpy as np
 import pytest
+from tests.waiting import until
 
-from ftqp.app.view.live_source import LiveSource, arms_of, setup_of
+from ftqp.app.view.live_source import LiveSource, arms_of
 from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Break, Repair, Reset, Tell, Use
-
-LONG = 60.0
-"""Seconds that a slow machine is given."""
-
-
-def until(condition):
-    begun = monotonic()
-    while not condition():
-        assert monotonic() - begun < LONG
-        sleep(0.01)
 
 
 @pytest.fixture
@@ -80,9 +71,3 @@ def test_refusal_is_a_message_of_a_frame_and_reset_takes_it_away(source):
     until(lambda: "'elbow' is not a joint" in source.frame().message)
     source.put(Reset())
     until(lambda: source.frame().message == "")
-
-
-def test_backend_of_a_choice_may_be_a_profile(tmp_path):
-    profile = tmp_path / "osqp.toml"
-    profile.write_text('name = "osqp"\n', encoding="utf-8")
-    assert setup_of(Choice(scenario="panda-circle", backend=str(profile))).planner.backend == "osqp"

@@ -1,9 +1,8 @@
 """What a path on the command line stands for, and what a page then shows."""
 
-from time import monotonic, sleep
-
 import numpy as np
 import pytest
+from tests.waiting import until
 
 import ftqp
 from ftqp.app.commands.covering import healthy_motion
@@ -14,13 +13,6 @@ from ftqp.app.view.verdicts_file import read_verdicts, write_verdicts
 from ftqp.core.errors import InputError
 from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.session_commands import Play
-
-
-def until(condition):
-    begun = monotonic()
-    while not condition():
-        assert monotonic() - begun < 60.0
-        sleep(0.01)
 
 
 def test_scenario_is_live_with_its_twin_unless_told_otherwise():
@@ -50,10 +42,15 @@ def test_folder_of_a_campaign_is_refused_with_what_shows_it(tmp_path):
         pass
 
 
-def test_failure_of_a_coverage_report_is_played_at_its_time(tmp_path):
+@pytest.fixture(scope="module")
+def report():
     setup = load("planar3-line", ["faults="])
     task, q = healthy_motion(setup)
-    rep = ftqp.analysis.coverage(setup.robot, task, q, stride=200, lock="instant")
+    return setup, ftqp.analysis.coverage(setup.robot, task, q, stride=200, lock="instant")
+
+
+def test_failure_of_a_coverage_report_is_played_at_its_time(report, tmp_path):
+    setup, rep = report
     write_verdicts(tmp_path, rep, setup.name, setup.toml, None)
     with shown(Choice(scenario=str(tmp_path))) as (kind, source):
         stage = source.stage()
@@ -68,13 +65,6 @@ def test_failure_of_a_coverage_report_is_played_at_its_time(tmp_path):
         assert frame.t >= 0.2 and frame.v[1] == 0.0
 
 
-@pytest.fixture(scope="module")
-def report():
-    setup = load("planar3-line", ["faults="])
-    task, q = healthy_motion(setup)
-    return setup, ftqp.analysis.coverage(setup.robot, task, q, stride=200, lock="ramp")
-
-
 def test_verdicts_come_back_as_they_were(report, tmp_path):
     setup, rep = report
     write_verdicts(tmp_path, rep, setup.name, setup.toml, None)
@@ -82,6 +72,6 @@ def test_verdicts_come_back_as_they_were(report, tmp_path):
     np.testing.assert_array_equal(found.heat.codes, rep.status)
     np.testing.assert_allclose(found.heat.times, rep.t)
     assert found.heat.joints == rep.names and found.heat.coverage == rep.coverage
-    assert (found.name, found.kind, found.settings) == ("planar3-line", "locked", {"mode": "ramp"})
+    assert (found.name, found.kind, found.settings) == ("planar3-line", "locked", {"mode": "instant"})
     assert load(str(found.scenario)).robot.name == setup.robot.name
     assert set(np.unique(rep.status)) <= set(found.heat.words) == set(found.heat.colours)

@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 from tests.arm_at import arm_at
+from tests.going import targets_along
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -19,9 +20,7 @@ STATUSES = list(ftqp.StepStatus)
 
 
 def circle(robot, radius=0.03):
-    path = ftqp.paths.Circle(robot.pose(robot.neutral), radius, duration=3.0)
-    samples = path.sample(np.arange(TICKS) * DT)
-    return ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
+    return targets_along(ftqp.paths.Circle(robot.pose(robot.neutral), radius, duration=3.0), TICKS, DT)
 
 
 def robot_of(name):
@@ -86,7 +85,10 @@ def alone(planner_of, robot, q, entry, targets):
     return q, v, worst, counts, bad
 
 
-def assert_same(done, planner_of, robot, q, faults, targets):
+def as_alone(planner_of, q, faults, targets, planner=None):
+    """A rollout in which every arm does what it does alone."""
+    done = ftqp.batch.rollout(planner or planner_of(), q, targets=targets, faults=faults)
+    robot = planner_of().robot
     for arm in range(len(q)):
         own = alone(planner_of, robot, q[arm], faults[arm], targets)
         np.testing.assert_allclose(done.q[arm], own[0], rtol=0.0, atol=OFF_Q, err_msg=f"q of arm {arm}")
@@ -95,6 +97,7 @@ def assert_same(done, planner_of, robot, q, faults, targets):
         np.testing.assert_allclose(found, own[2], rtol=0.0, atol=1e-10)
         np.testing.assert_array_equal(done.counts[arm], own[3], err_msg=f"statuses of arm {arm}")
         assert done.first_bad[arm] == own[4], f"first bad tick of arm {arm}"
+    return done
 
 
 def test_every_arm_moves_as_a_planner_moves_it(level):
@@ -104,8 +107,7 @@ def test_every_arm_moves_as_a_planner_moves_it(level):
         return ftqp.Planner(robot, DT, level=level)
 
     q, faults, targets = starts(robot), faults_of(robot), circle(robot)
-    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
-    assert_same(done, planner_of, robot, q, faults, targets)
+    done = as_alone(planner_of, q, faults, targets)
     assert (done.counts.sum(axis=1) == TICKS).all()
     assert done.share(ftqp.StepStatus.OK)[0] > 0.9, "an arm without a fault keeps its task"
     assert done.v[2, 2] == 0.0, "a locked joint rests"
@@ -121,8 +123,7 @@ def test_a_weak_joint_is_kept_where_it_can_hold_the_arm_as_a_planner_keeps_it(le
     def planner_of():
         return ftqp.Planner(robot, DT, level=level, task=ftqp.Task(rows="position"))
 
-    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=weak)
-    assert_same(done, planner_of, robot, q, weak, targets)
+    done = as_alone(planner_of, q, weak, targets)
     free = ftqp.batch.rollout(planner_of(), q, targets=targets)
     assert np.abs(done.q - free.q).max() > 1e-3, "the rows are in its way"
 
@@ -152,8 +153,7 @@ def test_law_holds_for_other_robots_tasks_and_schemes(name, level, settings):
         return planner
 
     faults, targets = faults_of(robot)[:6], circle(robot, 0.02)
-    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
-    assert_same(done, planner_of, robot, q, faults, targets)
+    as_alone(planner_of, q, faults, targets)
 
 
 @pytest.mark.parametrize(
@@ -171,8 +171,7 @@ def test_arms_of_a_planner_without_a_posture_return_each_to_its_own_start(scheme
     q, targets = starts(robot, 0.1)[[0, 1, 0, 2, 1]], circle(robot, 0.02)
     faults = [None, None, (ftqp.Locked(2), 40), None, (ftqp.Degraded(1, velocity=0.2), 50)]
     for planner in (planner_of(), elsewhere):
-        done = ftqp.batch.rollout(planner, q, targets=targets, faults=faults)
-        assert_same(done, planner_of, robot, q, faults, targets)
+        as_alone(planner_of, q, faults, targets, planner)
 
 
 @pytest.fixture(scope="module")
@@ -226,8 +225,7 @@ def test_arms_rest_at_a_target_that_stands_and_go_on_when_it_leaves(study):
         return ftqp.Planner(robot, DT, level="velocity", emergency=None)
 
     targets = ftqp.Targets(poses)
-    done = ftqp.batch.rollout(planner_of(), q[:3], targets=targets, faults=faults)
-    assert_same(done, planner_of, robot, q[:3], faults, targets)
+    done = as_alone(planner_of, q[:3], faults, targets)
     assert (done.counts[:, STATUSES.index(ftqp.StepStatus.RELAXED)] > 200).all()
 
 
@@ -342,17 +340,16 @@ def free(joint):
 
 def test_rows_are_given_up_beside_a_free_joint_without_gravity(level, caplog):
     """The first joint of a Panda that stands upright, on a circle that six joints cannot follow."""
-    q, faults, ticks = starts(PANDA)[:3], [(free(0), 60), None, (free(0), 0)], np.arange(200)
-    samples = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=1.0).sample(5e-3 * ticks)
-    targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
+    q, faults = starts(PANDA)[:3], [(free(0), 60), None, (free(0), 0)]
+    targets = targets_along(ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=1.0), 200, 5e-3)
 
     def planner_of():
         return ftqp.Planner(PANDA, 5e-3, level=level)
 
     caplog.set_level(logging.WARNING, logger="ftqp")
-    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
+    ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
     assert not caplog.records
-    assert_same(done, planner_of, PANDA, q, faults, targets)
+    as_alone(planner_of, q, faults, targets)
     assert "the task stays infeasible: the attitude is given up" in caplog.messages
 
 
@@ -369,8 +366,7 @@ def test_fault_told_while_a_joint_swings_has_everything_decided_anew(level):
     def planner_of():
         return ftqp.Planner(PANDA, DT, level=level)
 
-    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
-    assert_same(done, planner_of, PANDA, q, faults, targets)
+    as_alone(planner_of, q, faults, targets)
 
 
 def test_arms_of_both_ways_are_one_result(caplog):

@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio
 import pytest
+from tests.going import targets_along
 from tests.ride import DT as MILLISECOND
 from tests.ride import START, circle, target_at
 from tests.servo_arm import ServoArm, TorqueArm
@@ -149,8 +150,7 @@ def test_an_arm_whose_servos_differ_follows_a_path_on_its_own_drive():
     q = robot.neutral.copy()
     planner.reset(q)
     path = ftqp.paths.Circle(robot.pose(q), radius=0.05, duration=2.0)
-    s = path.sample(0.001 * np.arange(2000))
-    targets = ftqp.Targets(s.pose, s.twist, s.acceleration)
+    targets = targets_along(path, 2000, 0.001)
     for k in range(2000):
         step = planner.step(q, None, targets.at(k))
         q = q + (step.q - q) * np.minimum(0.5 * each * 1e-3, 1.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.going import DT, go, planner_at, within_limits
+from tests.going import DT, closed_loop, go, planner_at, within_limits
 from tests.servo_arm import ServoArm
 
 import ftqp
@@ -145,16 +145,8 @@ def test_repaired_joint_goes_on_to_its_place():
 
 
 def test_continuous_joint_goes_the_short_way_round():
-    joints = "".join(
-        f'<link name="{after}"/><joint name="to_{after}" type="continuous"><parent link="{before}"/>'
-        f'<child link="{after}"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>'
-        '<limit velocity="2" effort="9"/></joint>'
-        for before, after in (("base", "l1"), ("l1", "l2"), ("l2", "tip"))
-    )
-    robot = ftqp.Robot.from_urdf(
-        f'<robot name="turner"><link name="base"/>{joints}</robot>', acceleration=10.0, kinematics_only=True
-    )
-    assert robot.continuous.all()
+    robot = ftqp.robots.load("planar", lengths=(0.4, 0.4, 0.4), continuous=True)
+    robot = robot.with_limits(v_max=2.0, a_max=10.0)
     start, goal = np.array([3.0, 0.0, 0.5]), np.array([-3.0, 0.2, 0.5])
     planner = planner_at(start, robot=robot)
     goto = ftqp.GoTo(planner, q=goal)
@@ -191,29 +183,13 @@ def test_pose_out_of_reach_is_neared_as_far_as_can_be_and_the_arm_rests_and_says
     steps = go(goto, HOME, longest=20.0)
     assert goto.status is ftqp.GoToStatus.UNREACHABLE and within_limits(steps)
     assert f"{1e3 * goto.position_error:.3g} mm" in goto.sentence
-    q, v = steps[-1].q, steps[-1].v
-    for _ in range(500):
-        step = goto.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
-    assert (np.abs(v) < 1e-3 * PANDA.limits.v_max).all()
+    *_, step = closed_loop(goto, None, 500, steps[-1].q, steps[-1].v, reset=False)
+    assert (np.abs(step.v) < 1e-3 * PANDA.limits.v_max).all()
     assert goto.status is ftqp.GoToStatus.UNREACHABLE
     alone = planner_at(HOME, level, task=task, emergency=None)
-    q, v, target = HOME, np.zeros(7), ftqp.Target(pose=goal)
-    for _ in range(1500):
-        step = alone.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
-    least = np.linalg.norm(goal[:3, 3] - PANDA.pose(q)[:3, 3])
+    *_, step = closed_loop(alone, ftqp.Target(pose=goal), 1500)
+    least = np.linalg.norm(goal[:3, 3] - PANDA.pose(step.q)[:3, 3])
     assert goto.position_error < least + 0.01
-
-
-def test_stopped_planner_halts_the_way_and_ends_it():
-    """An emergency stop that goes off at the first error."""
-    stop = ftqp.EmergencyStop(position=1e-12, samples=1)
-    planner = planner_at(HOME, task=ftqp.Task(), emergency=stop)
-    goto = ftqp.GoTo(planner, pose=PANDA.pose(AWAY))
-    steps = go(goto, HOME)
-    assert goto.status is ftqp.GoToStatus.HALTED and goto.done
-    assert steps[-1].status is ftqp.StepStatus.STOPPED
 
 
 def test_wrong_goals_are_refused_in_a_sentence():
@@ -300,21 +276,6 @@ def test_speed_slows_the_way_down_even_half_way_there():
     assert goto.status is ftqp.GoToStatus.REACHED and np.abs(steps[-1].q - HOME).max() <= 1e-6
     assert share[: round(0.2 / DT)].max() > 0.5
     assert 0.09 < share[round(0.6 / DT) :].max() <= 0.1
-
-
-def test_the_velocity_may_be_left_out_of_a_step_of_every_follower():
-    path = ftqp.paths.Circle(PANDA.pose(HOME), radius=0.05, duration=4.0)
-    planner = planner_at(HOME)
-    assert ftqp.GoTo(planner, q=AWAY).step(HOME).status is ftqp.StepStatus.OK
-    target = ftqp.Target(pose=PANDA.pose(HOME))
-    follower = ftqp.TargetFollower(planner)
-    assert follower.step(HOME, target=target).status is ftqp.StepStatus.OK
-    with pytest.raises(ftqp.InputError, match=r"step got no target"):
-        follower.step(HOME)
-    scaled = ftqp.Planner(PANDA, task=ftqp.Task(mode="scaled"))
-    on_path = ftqp.PathFollower(scaled, path)
-    on_path.reset(HOME)
-    assert on_path.step(HOME).status is ftqp.StepStatus.OK
 
 
 def test_a_halt_says_why_in_its_sentence():

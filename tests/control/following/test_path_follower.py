@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop
 
 import ftqp
 from ftqp.control.following.path_intervals import path_table
@@ -30,18 +31,11 @@ def follower_of(robot=PANDA, path=None, level="acceleration", task=SCALED, stall
     return ftqp.PathFollower(planner, path, stall=stall)
 
 
-def run(follower, q=None, longest=8.0, each=lambda k: None):
+def run(follower, q=None, longest=8.0):
     """Steps copied, progress, until the path is done."""
-    robot, dt = follower.planner.robot, follower.planner.dt
-    q = robot.neutral.copy() if q is None else q
-    v = np.zeros(robot.nv)
-    follower.reset(q)
     steps, progress = [], [0.0]
-    for k in range(round(longest / dt)):
-        each(k)
-        step = follower.step(q, v).copy()
-        q, v = step.q.copy(), step.v.copy()
-        steps.append(step)
+    for step in closed_loop(follower, None, round(longest / follower.planner.dt), q):
+        steps.append(step.copy())
         progress.append(follower.progress)
         if follower.status is ftqp.PathStatus.DONE:
             break
@@ -89,29 +83,19 @@ def test_path_that_is_too_fast_is_followed_more_slowly_on_the_path(level, law):
 def test_arm_stops_at_the_end_of_a_path_that_ends_at_full_speed(level):
     path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.0, 0.3, 0.0), duration=1.0, law="constant")
     follower = follower_of(path=path, level=level)
-    beyond = []
-    q, v = PANDA.neutral.copy(), np.zeros(7)
-    follower.reset(q)
-    for _ in range(1000):
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
-        beyond.append(PANDA.pose(q)[1, 3] - path.start[1, 3] - 0.3)
+    end = path.start[1, 3] + 0.3
+    beyond = [PANDA.pose((last := step).q)[1, 3] - end for step in closed_loop(follower, None, 1000)]
     assert follower.status is ftqp.PathStatus.DONE
     assert max(beyond) < 1e-4 and abs(beyond[-1]) < 1e-4
-    assert np.abs(v).max() < 1e-3
+    assert np.abs(last.v).max() < 1e-3
 
 
 def test_a_path_that_is_done_is_slowed_down_no_more(level):
     path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.1, 0.05, 0.0), duration=1.0)
     follower = follower_of(path=path, level=level)
     steps, _ = run(follower)
-    q, v = steps[-1].q, steps[-1].v
-    status = []
-    for _ in range(200):
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
-        status.append(step.status.name)
-    assert set(status[1:]) == {"OK"}, "for 0.3 s an arm at rest said SCALED"
+    after = closed_loop(follower, None, 200, steps[-1].q, steps[-1].v, reset=False)
+    assert {step.status.name for step in after} == {"OK"}, "for 0.3 s an arm at rest said SCALED"
     assert follower.rate > 0.9999
 
 
@@ -137,13 +121,8 @@ def test_position_limit_in_the_way_is_named():
 
 def test_bad_measurement_holds_the_path(level):
     follower = follower_of(level=level)
-    q, v = PANDA.neutral.copy(), np.zeros(7)
-    follower.reset(q)
-    for _ in range(300):
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
-    before = follower.progress
-    statuses = []
+    *_, step = closed_loop(follower, None, 300)
+    before, v, statuses = follower.progress, step.v.copy(), []
     for _ in range(round(1.3 / DT)):  # nothing is heard for longer than a second
         step = follower.step(np.full(7, np.nan), v)
         statuses.append(step.status.name)

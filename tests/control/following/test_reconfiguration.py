@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.going import follow, started
+from tests.going import closed_loop, follow, started
 
 import ftqp
 from ftqp.core.pose import rotation_exp
@@ -21,8 +21,8 @@ def goal():
     return T
 
 
-def follower(level="acceleration", **given):
-    planner = started(PANDA, DT, level=level, task=ftqp.Task(mode="scaled", degrade=()), at=START)
+def follower(level="acceleration", degrade=(), **given):
+    planner = started(PANDA, DT, level=level, task=ftqp.Task(mode="scaled", degrade=degrade), at=START)
     planner.report(ftqp.Locked(4, mode="instant"))
     line = ftqp.paths.PointToPoint(PANDA.pose(START), goal(), duration=2.7)
     return ftqp.PathFollower(planner, line, **given)
@@ -139,13 +139,11 @@ def test_path_that_ends_in_a_wall_is_blocked_soon_and_names_the_wall():
     )
     line = ftqp.paths.Line(pose, (0.2, 0.0, 0.0), duration=2.0)
     follower = ftqp.PathFollower(planner, line, bridges=True)
-    q, v, bridged = panda.neutral.copy(), np.zeros(7), False
-    ticks = 0
-    while follower.status is not ftqp.PathStatus.BLOCKED and ticks < 750:
-        step = follower.step(q, v)
-        q, v, ticks = step.q.copy(), step.v.copy(), ticks + 1
-        bridged |= "another posture, from which" in (follower.blocked or "")
-    assert ticks < 750 and not bridged
+    for _ in closed_loop(follower, None, 750, reset=False):
+        assert "another posture, from which" not in (follower.blocked or "")
+        if follower.status is STATUS.BLOCKED:
+            break
+    assert follower.status is STATUS.BLOCKED
     assert "panda_link7 and crate are as near as they may be" in follower.blocked
     assert "postures found" in follower.blocked
     assert follower.blocked.endswith("and the path goes on from none")
@@ -273,24 +271,11 @@ def test_failure_while_the_path_is_left_is_borne(when):
 
 
 def test_a_blocked_path_says_what_was_looked_for_and_a_failed_arm_goes_on_in_fewer_rows():
-    start = np.array([1.445, -1.071, 0.615, -2.617, -2.145, 1.41, -1.885])
-    goal = PANDA.pose(start).copy()
-    goal[:3, 3] += [0.169, 0.147, -0.278]
-    goal[:3, :3] = rotation_exp(np.array([0.356, 0.093, -0.232])) @ goal[:3, :3]
     found = {}
     for degrade in ((), None, ("pose", "position_axis", "position")):
-        planner = started(PANDA, DT, task=ftqp.Task(mode="scaled", degrade=degrade), at=start)
-        planner.report(ftqp.Locked(4, mode="instant"))
-        leader = ftqp.PathFollower(planner, ftqp.paths.PointToPoint(PANDA.pose(start), goal, duration=2.7))
-        q, v, seen = start.copy(), np.zeros(7), []
-        for _ in range(3000):
-            step = leader.step(q, v)
-            q, v = step.q.copy(), step.v.copy()
-            if leader.status not in seen:
-                seen.append(leader.status)
-            if leader.status in (ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED):
-                break
-        found[degrade] = seen, leader.blocked, np.linalg.norm(PANDA.pose(q)[:3, 3] - goal[:3, 3])
+        leader = follower(degrade=degrade)
+        rows, seen = follow(leader, START, 12.0, blocked=0.0)
+        found[degrade] = seen, leader.blocked, np.linalg.norm((PANDA.pose(rows[-1]) - goal())[:3, 3])
     assert found[()][0][-1] is ftqp.PathStatus.BLOCKED
     assert "no joint is left for a motion on the spot" in found[()][1]
     fewer = found["pose", "position_axis", "position"]
@@ -310,11 +295,7 @@ def test_rows_that_would_not_help_are_not_given_up_unasked():
         if fault is not None:
             planner.report(fault)
         path = ftqp.paths.PointToPoint(PANDA.pose(PANDA.neutral), goal, duration=6.0)
-        leader, q, v = ftqp.PathFollower(planner, path), PANDA.neutral.copy(), np.zeros(7)
-        while leader.status is not ftqp.PathStatus.BLOCKED:
-            step = leader.step(q, v)
-            q, v = step.q.copy(), step.v.copy()
-            assert leader.status is not ftqp.PathStatus.DONE and planner.tick < 20.0 / DT
-            if fault is None:
-                assert leader.status is not ftqp.PathStatus.FEWER_ROWS
-        assert leader.blocked is not None
+        leader = ftqp.PathFollower(planner, path)
+        _, seen = follow(leader, PANDA.neutral, blocked=0.0)
+        assert seen[-1] is STATUS.BLOCKED and leader.blocked is not None
+        assert fault is not None or STATUS.FEWER_ROWS not in seen

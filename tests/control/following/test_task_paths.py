@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop
 
 import ftqp
 
@@ -18,23 +19,22 @@ def lift(height=0.05, duration=1.0):
     }
 
 
-def led(follower, steps, at=None, do=None, **more):
-    """Steps of a follower from neutral; the last one."""
-    q = BODY.neutral.copy()
-    follower.reset(q)
-    for k in range(steps):
-        if k == at:
-            do(follower.planner)
-        step = follower.step(q, None, **more)
-        q = step.q.copy()
-        if follower.status is ftqp.PathStatus.DONE:
+def hands(**given):
+    return ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)], **given)
+
+
+def led(leader, steps, target=None, **given):
+    """Steps from neutral until it has arrived; the last one."""
+    count = 0
+    for step in closed_loop(leader, target, steps, **given):
+        count, last = count + 1, step
+        if getattr(leader, "done", leader.status is ftqp.PathStatus.DONE):
             break
-    return step, q, k
+    return last, last.q.copy(), count
 
 
 def test_two_hands_follow_paths_of_their_own_in_one_time(level):
-    planner = ftqp.Planner(BODY, level=level, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)])
-    follower = ftqp.TaskPaths(planner, lift())
+    follower = ftqp.TaskPaths(hands(level=level), lift())
     step, q, k = led(follower, 3000)
     assert follower.status is ftqp.PathStatus.DONE and follower.progress == 1.0 and k < 1250
     for hand, path in follower.paths.items():
@@ -43,13 +43,8 @@ def test_two_hands_follow_paths_of_their_own_in_one_time(level):
 
 
 def test_both_slow_down_where_one_cannot_follow():
-    planner = ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)])
-    follower = ftqp.TaskPaths(planner, lift(0.2, duration=0.25))
-    q, worst, slow = BODY.neutral.copy(), 0.0, False
-    follower.reset(q)
-    for _ in range(6000):
-        step = follower.step(q)
-        q = step.q.copy()
+    follower, worst, slow = ftqp.TaskPaths(hands(), lift(0.2, duration=0.25)), 0.0, False
+    for step in closed_loop(follower, None, 6000):
         slow = slow or follower.status is ftqp.PathStatus.SCALED
         worst = max(worst, step.position_error, np.linalg.norm(step.tasks[RIGHT].error[:3]))
         assert (np.abs(step.v) <= BODY.limits.v_max * (1 + 1e-12)).all()
@@ -72,17 +67,15 @@ def test_a_path_of_one_hand_leaves_the_tip_where_its_target_is_and_a_point_follo
 
 @pytest.mark.slow
 def test_a_path_that_cannot_go_on_is_blocked_and_says_for_whom():
-    planner = ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)], emergency=None)
-    follower = ftqp.TaskPaths(planner, lift(1.5, duration=1.5))
+    follower = ftqp.TaskPaths(hands(emergency=None), lift(1.5, duration=1.5))
     led(follower, 6000)
     assert follower.status is ftqp.PathStatus.BLOCKED and 0.1 < follower.progress < 1.4
     assert follower.rate < 0.01 and "all paths wait at" in follower.blocked
 
 
 def test_a_stop_holds_the_paths():
-    planner = ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)])
-    follower = ftqp.TaskPaths(planner, lift())
-    step, _, _ = led(follower, 900, at=300, do=lambda planner: planner.stop())
+    follower = ftqp.TaskPaths(hands(), lift())
+    step, _, _ = led(follower, 900, events={300: lambda planner: planner.stop()})
     assert step.status is ftqp.StepStatus.STOPPED and follower.rate == 0.0 and follower.progress < 0.4
 
 
@@ -102,48 +95,32 @@ def test_wrong_paths_are_refused_in_a_sentence(paths, message):
 
 
 def test_another_hand_goes_to_a_pose_and_the_tip_stays():
-    planner = ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)])
     goal, home = BODY.pose(BODY.neutral, RIGHT), BODY.pose(BODY.neutral)
     goal[:3, 3] += [0.05, 0.05, 0.1]
-    mover = ftqp.GoTo(planner, pose=goal, task=RIGHT)
-    q = BODY.neutral.copy()
-    mover.reset(q)
-    for k in range(4000):
-        if k == 300:
-            planner.report(ftqp.Locked("right_joint4"))
-        q = mover.step(q, None).q.copy()
-        if mover.done:
-            break
+    mover = ftqp.GoTo(hands(), pose=goal, task=RIGHT)
+    lock = {300: lambda planner: planner.report(ftqp.Locked("right_joint4"))}
+    _, q, _ = led(mover, 4000, events=lock)
     assert mover.status is ftqp.GoToStatus.REACHED and mover.position_error < 1e-3
     assert BODY.pose(q, RIGHT) == pytest.approx(goal, abs=1e-3)
     assert BODY.pose(q) == pytest.approx(home, abs=1e-9)
 
 
 def test_a_pose_out_of_reach_of_another_hand_is_told_with_its_name():
-    planner = ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)])
     goal = BODY.pose(BODY.neutral, RIGHT)
     goal[:3, 3] += [0.0, 0.0, 1.5]
-    mover = ftqp.GoTo(planner, pose=goal, task=RIGHT)
-    q = BODY.neutral.copy()
-    mover.reset(q)
-    for _ in range(12000):
-        q = mover.step(q, None).q.copy()
-        if mover.done:
-            break
+    mover = ftqp.GoTo(hands(dt=5e-3), pose=goal, task=RIGHT)
+    led(mover, 2400)
     assert mover.done and mover.status is not ftqp.GoToStatus.REACHED
     assert mover.status is ftqp.GoToStatus.UNREACHABLE and "right_hand is" in mover.sentence
 
 
 def test_the_tip_goes_to_a_pose_while_another_hand_has_a_target_of_its_own():
-    planner = ftqp.Planner(BODY, tasks=[ftqp.PoseTask(LEFT), ftqp.PoseTask(RIGHT, level=0)])
+    planner = hands()
     goal, other = BODY.pose(BODY.neutral), BODY.pose(BODY.neutral, RIGHT)
     goal[2, 3] += 0.05
     other[2, 3] += 0.005
     mover = ftqp.GoTo(planner, pose=goal)
-    q = BODY.neutral.copy()
-    mover.reset(q)
-    while not mover.done:
-        q = mover.step(q, None, target={RIGHT: other}).q.copy()
+    _, q, _ = led(mover, 12000, target={RIGHT: other})
     assert mover.status is ftqp.GoToStatus.REACHED
     assert BODY.pose(q, RIGHT) == pytest.approx(other, abs=1e-4)
     with pytest.raises(ftqp.InputError, match="expected a table of targets of other tasks"):

@@ -178,26 +178,6 @@ def test_motion_stays_slow_for_as_long_as_its_mean_is_over_behind_where_it_was_s
     assert top[k:].max() > 2.0 * top[k]
 
 
-def test_locked_joint_stands_on_the_way_to_a_pose():
-    planner, _ = walled()
-    planner.report(ftqp.Locked("panda_joint3", mode="instant"))
-    ways = thought(planner, goal=PANDA.pose(RIGHT))
-    assert ways.stage is WayStage.READY
-    assert (ways.motion[:, 2] == LEFT[2]).all()
-    assert np.abs(PANDA.pose(ways.motion[-1]) - PANDA.pose(RIGHT)).max() < 1e-5
-
-
-def test_joint_that_fails_on_the_way_begins_anew_without_a_jump():
-    planner, _ = walled()
-    goto = ftqp.GoTo(planner, q=RIGHT)
-    steps = go(
-        goto, LEFT, longest=25.0, each=lambda k: k == 250 and planner.report(ftqp.Locked("panda_joint5"))
-    )
-    assert goto.done and least(planner, [step.q for step in steps]) > 0.5 * 0.02
-    assert goto.status in (ftqp.GoToStatus.REACHED, ftqp.GoToStatus.UNREACHABLE)
-    assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
-
-
 def test_joint_that_is_locked_elsewhere_is_named_where_the_others_have_gone_to_a_posture():
     planner, _ = walled()
     planner.report(ftqp.Locked("panda_joint7", mode="instant"))
@@ -254,16 +234,6 @@ def test_goal_without_a_posture_is_neared_by_one_motion_within_acceleration_and_
     assert goto.sentence.endswith("no posture was found in 600 starts")
     assert v.max() <= 1.0 and a.max() <= 0.99 + 1e-6 and jerk.max() <= 1.02
     assert (np.abs(rows[-1] - LEFT) > 0.01).any() and least(planner, rows) > 0.5 * 0.02
-
-
-def test_goals_out_of_range_and_goals_that_are_no_numbers_are_refused():
-    planner, _ = walled()
-    beyond = RIGHT.copy()
-    beyond[5] = 4.2
-    with pytest.raises(ftqp.InputError, match="panda_joint6"):
-        ftqp.GoTo(planner, q=beyond)
-    with pytest.raises(ftqp.InputError, match="q contains NaN"):
-        ftqp.GoTo(planner, q=np.full(7, np.nan))
 
 
 def test_any_joint_may_stop_dead_on_the_way_and_the_others_brake_before_the_wall():

@@ -70,9 +70,11 @@ def test_every_kind_is_tested_here():
     assert set(MAKERS) == set(KINDS)
 
 
-def test_path_starts_bitwise_at_its_start_pose(path, start):
-    np.testing.assert_array_equal(path.sample(0.0).pose[0], start)
-    np.testing.assert_array_equal(path.sample(-1.0).pose[0], start)
+def test_path_starts_bitwise_at_its_start_pose_and_has_not_moved_before(path, start):
+    for t in (0.0, -1.0):
+        np.testing.assert_array_equal(path.sample(t).pose[0], start)
+    np.testing.assert_array_equal(path.sample(-0.1).twist, 0.0)
+    np.testing.assert_array_equal(path.sample(-0.1).acceleration, 0.0)
 
 
 def test_path_rests_at_its_end(path):
@@ -80,11 +82,6 @@ def test_path_rests_at_its_end(path):
     np.testing.assert_array_equal(sample.pose, np.tile(sample.pose[0], (4, 1, 1)))
     np.testing.assert_array_equal(sample.twist, 0.0)
     np.testing.assert_array_equal(sample.acceleration, 0.0)
-
-
-def test_path_has_not_moved_before_its_start(path):
-    np.testing.assert_array_equal(path.sample(-0.1).twist, 0.0)
-    np.testing.assert_array_equal(path.sample(-0.1).acceleration, 0.0)
 
 
 def test_twist_is_the_derivative_of_the_pose(path):
@@ -182,15 +179,11 @@ def test_sine_squared_phase_is_that_of_the_source(start):
     np.testing.assert_allclose(pose[:3, 3], expected, atol=1e-15)
 
 
-def test_square_visits_its_corners_in_order_and_closes(start):
-    way = Square(start, 0.039, duration=20.0).sample([0, 5, 10, 15, 20]).pose[:, :3, 3] - start[:3, 3]
+def test_square_visits_its_corners_in_order_rests_there_and_closes(start):
     side = 0.039
+    sample = Square(start, side, duration=20.0).sample([0, 5, 10, 15, 20])
     corners = [[0, 0, 0], [side, 0, 0], [side, side, 0], [0, side, 0], [0, 0, 0]]
-    np.testing.assert_allclose(way, corners, atol=1e-15)
-
-
-def test_square_rests_at_its_corners(start):
-    sample = Square(start, 0.039, duration=20.0).sample([5.0, 10.0, 15.0])
+    np.testing.assert_allclose(sample.pose[:, :3, 3] - start[:3, 3], corners, atol=1e-15)
     np.testing.assert_allclose(sample.twist, 0.0, atol=1e-15)
     np.testing.assert_allclose(sample.acceleration, 0.0, atol=1e-12)
 

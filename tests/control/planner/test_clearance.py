@@ -3,7 +3,7 @@
 import coal
 import numpy as np
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started
 
 import ftqp
 from ftqp.control.planner.planner_view import row_labels
@@ -25,14 +25,13 @@ def scene(**shapes):
 
 def follow(planner, goal, ticks=1500, rise=600, at=None, told=None):
     """Lead the tip to a place within ``rise`` ticks, and stay; the last step and the least clearance."""
-    planner.reset(START)
-    q, least, target = START.copy(), np.inf, TIP.copy()
-    for k in range(ticks):
-        if k == at:
-            told()
+    least, target = np.inf, TIP.copy()
+
+    def there(k):
         target[:3, 3] = TIP[:3, 3] + (np.asarray(goal) - TIP[:3, 3]) * min(k / rise, 1.0)
-        step = planner.step(q, None, ftqp.Target(pose=target))
-        q = step.q.copy()
+        return ftqp.Target(pose=target)
+
+    for step in closed_loop(planner, there, ticks, START, events={at: lambda _: told()}):
         least = min(least, step.clearance)
     return step, least
 
@@ -73,13 +72,10 @@ def test_an_arm_beside_something_rests_without_vibration(name):
     shape, goal = THINGS[name]
     planner = ftqp.Planner(PANDA, DT, emergency=None, scene=scene(**{name: shape}))
     step, _ = follow(planner, goal, ticks=2000)
-    q, signs = step.q.copy(), []
     target = TIP.copy()
     target[:3, 3] = goal
-    for _ in range(1000):
-        step = planner.step(q, None, ftqp.Target(pose=target))
-        q = step.q.copy()
-        signs.append(np.where(np.abs(step.a) > 1e-3, np.sign(step.a), 0.0))
+    steps = closed_loop(planner, ftqp.Target(pose=target), 1000, step.q, step.v, reset=False)
+    signs = [np.where(np.abs(step.a) > 1e-3, np.sign(step.a), 0.0) for step in steps]
     changes = (np.diff(np.array(signs), axis=0) != 0.0).sum(axis=0)
     assert changes.max() <= 12
 
@@ -119,44 +115,38 @@ def test_an_arm_that_begins_inside_something_is_led_out():
 def test_an_obstacle_that_comes_is_fled_from_and_one_that_leaves_is_forgotten():
     begin = TIP[:3, 3] + [0.5, 0.0, 0.0]
     around = scene(ball=ftqp.Sphere(0.05, begin))
-    planner = started(PANDA, DT, emergency=None, scene=around, at=START)
-    q, least = START.copy(), np.inf
-    for k in range(2500):
+    planner, target = ftqp.Planner(PANDA, DT, emergency=None, scene=around), ftqp.Target(pose=TIP)
+    for k, step in enumerate(closed_loop(planner, target, 2500)):
+        assert step.clearance > KEEP - 1e-3
         if k % 20 == 0:  # seen at 50 Hz, and moved on by its velocity between
             around.move("ball", begin - [0.2 * k * DT, 0.0, 0.0], (-0.2, 0.0, 0.0, 0.0, 0.0, 0.0))
-        step = planner.step(q, None, ftqp.Target(pose=TIP))
-        q, least = step.q.copy(), min(least, step.clearance)
-    assert least > KEEP - 1e-3 and step.position_error > 1e-3
+    assert step.position_error > 1e-3
     around.remove("ball")
-    for _ in range(2500):
-        step = planner.step(q, None, ftqp.Target(pose=TIP))
-        q = step.q.copy()
+    *_, step = closed_loop(planner, target, 2500, step.q, step.v, reset=False)
     assert step.status is ftqp.StepStatus.OK and "ball" not in (step.nearest or ())
 
 
 def test_below_the_stop_distance_an_arm_that_still_comes_nearer_is_stopped():
-    planner = started(PANDA, DT, emergency=None, scene=(around := scene(ball=BALL)), at=START)
-    q = START.copy()
-    for k in range(400):
-        if k == 100:  # it jumps to where the hand is going to be in a moment, and comes on
-            around.move("ball", TIP[:3, 3] + [0.0, 0.0, 0.12], (0.0, 0.0, -3.0, 0.0, 0.0, 0.0))
-        step = planner.step(q, None, ftqp.Target(pose=TIP))
-        q = step.q.copy()
+    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=(around := scene(ball=BALL)))
+    falling = TIP[:3, 3] + [0.0, 0.0, 0.12], (0.0, 0.0, -3.0, 0.0, 0.0, 0.0)
+    comes = {100: lambda planner: around.move("ball", *falling)}  # to where the hand is in a moment
+    *_, step = closed_loop(planner, ftqp.Target(pose=TIP), 400, events=comes)
     assert step.status in (ftqp.StepStatus.STOPPED, ftqp.StepStatus.STOPPING)
     assert " and ".join(step.nearest) + " were nearer than Clearance(stop=...)" in planner.stopped_because
+
+
+def beside(y):
+    target = TIP.copy()
+    target[1, 3] += y
+    return ftqp.Target(pose=target)
 
 
 def test_without_a_scene_nothing_is_kept_and_nothing_moves_otherwise():
     runs = []
     for more in ({}, {"scene": scene(far=ftqp.Sphere(0.1, (5.0, 5.0, 5.0)))}):
-        planner = started(PANDA, DT, clearance=ftqp.Clearance() if more else None, **more, at=START)
-        q, target, seen = START.copy(), TIP.copy(), []
-        for k in range(300):
-            target[:3, 3] = TIP[:3, 3] + [0.0, 0.05 * np.sin(0.01 * k), 0.0]
-            step = planner.step(q, None, ftqp.Target(pose=target))
-            q = step.q.copy()
-            seen.append(q)
-        runs.append(np.array(seen))
+        planner = ftqp.Planner(PANDA, DT, clearance=ftqp.Clearance() if more else None, **more)
+        steps = closed_loop(planner, lambda k: beside(0.05 * np.sin(0.01 * k)), 300, START)
+        runs.append(np.array([step.q.copy() for step in steps]))
     np.testing.assert_array_equal(*runs)
     bare = started(PANDA, DT, at=START)
     step = bare.step(START, None, ftqp.Target(pose=TIP))
@@ -272,25 +262,10 @@ def test_the_kernel_measures_what_coal_measures_between_links():
             assert d == pytest.approx(far, abs=1e-13)
 
 
-@pytest.mark.slow
-def test_a_motion_to_a_pose_keeps_clear_too():
-    planner = started(PANDA, DT, emergency=None, scene=scene(ball=BALL), at=START)
-    goal = TIP.copy()
-    goal[:3, 3] = 0.55, 0.3, 0.45
-    goto, q, least = ftqp.GoTo(planner, pose=goal), START.copy(), np.inf
-    for _ in range(3000):
-        step = goto.step(q, None)
-        q, least = step.q.copy(), min(least, step.clearance)
-    assert least > KEEP - 5e-5
-
-
 def test_the_solver_never_fails_beside_bodies_that_cannot_be_parted():
     shell = scene(**{f"{k}": ftqp.Sphere(0.2, TIP[:3, 3] + 0.22 * d) for k, d in enumerate(_ways())})
-    planner = started(PANDA, DT, emergency=None, scene=shell, at=START)
-    q = START.copy()
-    for _ in range(400):
-        step = planner.step(q, None, ftqp.Target(pose=TIP))
-        q = step.q.copy()
+    planner = ftqp.Planner(PANDA, DT, emergency=None, scene=shell)
+    for step in closed_loop(planner, ftqp.Target(pose=TIP), 400, START):
         assert np.isfinite(step.a).all() and (np.abs(step.a) <= PANDA.limits.a_max + 1e-9).all()
         assert step.status in (ftqp.StepStatus.RELAXED, ftqp.StepStatus.STOPPING, ftqp.StepStatus.STOPPED)
 

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 from tests.arm_at import arm_at
-from tests.going import started
+from tests.going import closed_loop, started, targets_along
 
 import ftqp
 from ftqp.core.pose import rotation_x, transform
@@ -40,13 +40,8 @@ def unable(panda):
 
 
 def run(planner, target, seconds):
-    q, v = planner.robot.neutral.copy(), np.zeros(7)
-    kept = []
-    for _ in range(round(seconds / DT)):
-        step = planner.step(q, v, target)
-        kept.append(step.rows)
-        q, v = step.q.copy(), step.v.copy()
-    return step, kept
+    steps = [(step, step.rows) for step in closed_loop(planner, target, round(seconds / DT))]
+    return steps[-1][0], [rows for _, rows in steps]
 
 
 @pytest.mark.parametrize("mode", ["slack", "hard", "lexicographic"])
@@ -73,16 +68,13 @@ def test_the_tip_stays_as_near_as_it_can_to_what_is_given_up(unable):
 
 def test_rows_are_taken_back_when_they_can_be_held_again(unable, caplog):
     planner = unable()
-    q, v = planner.robot.neutral.copy(), np.zeros(7)
     away = np.linspace(0.0, 1.0, 3000)
     turn = np.concatenate([away, np.ones(500), away[::-1], np.zeros(1000)])
     rows, speeds = [], []
     with caplog.at_level(logging.WARNING, "ftqp"):
-        for angle_now in turn:
-            step = planner.step(q, v, twisted(planner.robot, angle_now))
+        for step in closed_loop(planner, lambda k: twisted(planner.robot, turn[k]), len(turn)):
             rows.append(len(step.rows))
-            q, v = step.q.copy(), step.v.copy()
-            speeds.append(np.abs(v).max())
+            speeds.append(np.abs(step.v).max())
     assert min(rows) == 5 and rows[-1] == 6
     assert step.status is ftqp.StepStatus.OK and step.rotation_error < 1e-3
     assert caplog.messages[-1] == "the whole task can be held again: all its rows are back"
@@ -91,15 +83,11 @@ def test_rows_are_taken_back_when_they_can_be_held_again(unable, caplog):
 
 
 def test_a_target_that_jumps_within_reach_costs_no_rows(panda):
-    planner = started(panda, DT)
-    q, v, kept = panda.neutral.copy(), np.zeros(7), set()
-    pose = panda.pose(q)
+    pose = panda.pose(panda.neutral)
     pose[:3, 3] -= [0.15, 0.1, 0.1]
-    for _ in range(2000):
-        step = planner.step(q, v, ftqp.Target(pose=pose))
-        kept.add(len(step.rows))
-        q, v = step.q.copy(), step.v.copy()
-    assert kept <= {0, 6} and step.status is ftqp.StepStatus.OK  # none is told of an arm that lags
+    for step in closed_loop(ftqp.Planner(panda, DT), ftqp.Target(pose=pose), 2000):
+        assert len(step.rows) in (0, 6)  # none is told of an arm that lags
+    assert step.status is ftqp.StepStatus.OK
 
 
 def test_reset_asks_for_the_whole_task_again(unable):
@@ -110,22 +98,13 @@ def test_reset_asks_for_the_whole_task_again(unable):
     assert len(planner.task_rows) == 6
 
 
-def test_a_batch_gives_up_the_same_rows(unable):
-    planner = unable()
-    goal = twisted(planner.robot, 1.2)
-    step, _ = run(planner, goal, 1.0)
-    targets = ftqp.Targets(np.repeat(goal.pose[None], 500, axis=0))
-    batch = ftqp.batch.rollout(planner, planner.robot.neutral, targets=targets, threads=1)
-    np.testing.assert_allclose(batch.q[0], step.q, atol=1e-9)
-
-
 def angle(robot, q, goal):
     """How far the tip is turned from a target."""
     cosine = 0.5 * (np.trace(robot.pose(q)[:3, :3].T @ goal.pose[:3, :3]) - 1.0)
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
-def test_joint_degraded_below_its_speed_brakes_with_no_more_than_it_has_left(panda, level, follow):
+def test_joint_degraded_below_its_speed_brakes_with_no_more_than_it_has_left(panda, level):
     target = ftqp.Target(pose=panda.pose(panda.neutral))
     planner = ftqp.Planner(panda, DT, level=level, emergency=None)
     planner.report(ftqp.Degraded(0, velocity=0.1, acceleration=0.2))
@@ -133,7 +112,7 @@ def test_joint_degraded_below_its_speed_brakes_with_no_more_than_it_has_left(pan
     v0[0] = 0.9 * panda.limits.v_max[0]
     left, speed = 0.2 * panda.limits.a_max[0], v0[0]
     slow = 0.1 * panda.limits.v_max[0]
-    for step in follow(planner, target, 800, v=v0):
+    for step in closed_loop(planner, target, 800, v=v0):
         assert abs(step.a[0]) <= left * (1.0 + 1e-9)
         if speed > slow + left * DT:
             assert step.a[0] == pytest.approx(-left, rel=1e-9)
@@ -141,7 +120,7 @@ def test_joint_degraded_below_its_speed_brakes_with_no_more_than_it_has_left(pan
     assert abs(speed) <= slow + 1e-12
 
 
-def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, follow, home):
+def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, home):
     planner = ftqp.Planner(panda, DT, level=level)
     for joint in range(7):
         planner.report(ftqp.Locked(joint))
@@ -151,26 +130,18 @@ def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, follow, 
         target.position[:] = home[:3, 3] + [1e-3 * k, 0.0, 0.0]
         return target
 
-    last = [s.status for s in follow(planner, leaving, 80)][-1]
-    assert last is ftqp.StepStatus.STOPPED
+    *_, last = closed_loop(planner, leaving, 80)
+    assert last.status is ftqp.StepStatus.STOPPED
 
 
-def test_joint_that_failed_outside_its_limits_blocks_nothing(panda, level, follow):
+def test_joint_that_failed_outside_its_limits_blocks_nothing(panda, level):
     q = panda.neutral.copy()
     q[4] = panda.limits.q_max[4] + 0.05
     home = panda.pose(q)
-    path = ftqp.paths.Line(home, [0.0, 0.05, 0.0], duration=1.0)
-    sample = path.sample(np.arange(500) * DT)
-    target = ftqp.Target(pose=home)
-
-    def at(k):
-        target.pose[:], target.twist[:], target.acceleration[:] = (
-            sample.pose[k], sample.twist[k], sample.acceleration[k])  # fmt: skip
-        return target
-
+    targets = targets_along(ftqp.paths.Line(home, [0.0, 0.05, 0.0], duration=1.0), 500, DT)
     planner = ftqp.Planner(panda, DT, level=level)
     planner.report(ftqp.Locked(4))
-    steps = [s.copy() for s in follow(planner, at, 500, q=q)]
+    steps = [s.copy() for s in closed_loop(planner, targets.at, 500, q=q)]
     assert {s.status for s in steps} == {ftqp.StepStatus.RELAXED}
     assert all(s.outside == ("panda_joint5",) and not s.certificate.unreached for s in steps)
     assert all(s.q[4] == q[4] for s in steps) and steps[-1].position_error < 1e-3
@@ -188,30 +159,15 @@ def test_fault_may_be_reported_before_reset_and_survives_it(panda, home, fault):
     assert planner.faults == {"panda_joint4": fault}
 
 
-TURNING = """<robot name="turner"><link name="base"/>
-{}<link name="tip"/><joint name="end" type="fixed"><parent link="l3"/><child link="tip"/><origin xyz="0.3 0
-0"/></joint>
-</robot>""".format(
-    "".join(
-        f'<link name="l{i}"/><joint name="j{i}" type="{kind}">'
-        f'<parent link="{"base" if i == 1 else f"l{i - 1}"}"/>'
-        f'<child link="l{i}"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/>'
-        '<limit lower="-2" upper="2" velocity="1" effort="10"/></joint>'
-        for i, kind in ((1, "continuous"), (2, "revolute"), (3, "continuous"))
-    )
-)
-
-
 @pytest.fixture(scope="module")
 def turner():
-    return ftqp.Robot.from_urdf(
-        TURNING, tip="tip", acceleration=5.0, default_rows=("x", "y"), kinematics_only=True
-    )
+    lengths = (0.3, 0.3, 0.3)
+    return ftqp.robots.load("planar", lengths=lengths, continuous=True).with_limits(v_max=1.0, a_max=5.0)
 
 
 @pytest.mark.parametrize("angles", [[0.3, 0.5, -0.4], [3.1, -0.5, -3.1]])
 def test_configuration_and_angles_of_continuous_joints_give_the_same_command(turner, angles, level):
-    assert turner.nq == 5 and turner.nv == 3
+    assert turner.nq == 6 and turner.nv == 3
     q = np.array(angles)
     target = ftqp.Target(position=turner.pose(q)[:3, 3], twist=[0.05, 0.02, 0.0])
     commands = []
@@ -224,13 +180,12 @@ def test_configuration_and_angles_of_continuous_joints_give_the_same_command(tur
 
 def test_continuous_joint_turns_past_half_a_turn_without_a_jump(turner, level):
     planner = ftqp.Planner(turner, DT, level=level, scheme="rmp", posture=[3.6, 0.5, 0.3], emergency=None)
-    q, v = np.array([3.0, 0.5, 0.3]), np.zeros(3)
+    q = np.array([3.0, 0.5, 0.3])
     planner.reset(q)
     where = turner.pose([3.6, 0.5, 0.3])[:3, 3]
     passed = [q[0]]
     for _ in range(2000):
-        step = planner.step(turner.configuration(q), v, ftqp.Target(position=where))
-        q, v = step.q.copy(), step.v.copy()
+        q = planner.step(turner.configuration(q), None, ftqp.Target(position=where)).q.copy()
         passed.append(q[0])
     assert np.abs(np.diff(passed)).max() <= 1.0 * DT + 1e-12
     assert passed[-1] > np.pi + 0.2
@@ -242,15 +197,10 @@ PLACE = transform(rotation_x(0.3), np.array([0.0, 0.05, 0.1]))
 
 def moved(planner, ticks, q=None, v=None):
     """A closed loop towards a point 10 cm aside of neutral, under way already: q, v and every step."""
-    robot = planner.robot
-    goal = np.array(robot.pose(robot.neutral))
+    goal = np.array(planner.robot.pose(planner.robot.neutral))
     goal[1, 3] += 0.1
-    q = robot.neutral.copy() if q is None else q
-    v, steps = np.zeros(robot.nv) if v is None else v, []
-    for _ in range(ticks):
-        steps.append(planner.step(q, v, ftqp.Target(pose=goal)).copy())
-        q, v = steps[-1].q, steps[-1].v
-    return q, v, steps
+    steps = [step.copy() for step in closed_loop(planner, ftqp.Target(pose=goal), ticks, q, v, reset=False)]
+    return steps[-1].q, steps[-1].v, steps
 
 
 def test_load_taken_up_is_the_load_that_the_robot_was_made_with(panda):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from late_loops import Count, episode
-from tests.going import started
+from tests.going import started, targets_along
 from tests.ride import DT, START, circle, target_at
 
 import ftqp
@@ -37,13 +37,11 @@ def test_on_an_arm_that_follows_exactly_all_drives_move_alike(name, mode, late, 
 
 def test_measured_velocity_is_used_nowhere():
     robot = ftqp.robots.load("panda")
-    ends = []
+    targets, ends = targets_along(circle(robot, START), 300, DT), []
     for v in (None, np.zeros(7), np.full(7, 50.0)):
-        planner = started(robot, DT, at=START)
-        path, q = circle(robot, START), START
+        planner, q = started(robot, DT, at=START), START
         for k in range(300):
-            step = planner.step(q, v, target_at(path, k * DT))
-            q = step.q.copy()
+            q = planner.step(q, v, targets.at(k)).q.copy()
         ends.append(q)
     assert (ends[0] == ends[1]).all() and (ends[0] == ends[2]).all()
 
@@ -52,9 +50,7 @@ COUNT = 400
 
 
 def way(robot, q):
-    path = ftqp.paths.Circle(robot.pose(q), radius=0.08, duration=2.0)
-    motion = path.sample(np.arange(COUNT) * DT)
-    return ftqp.Targets(motion.pose, motion.twist, motion.acceleration)
+    return targets_along(ftqp.paths.Circle(robot.pose(q), radius=0.08, duration=2.0), COUNT, DT)
 
 
 def ridden(robot, gaps, fault=None, **given):
@@ -150,17 +146,14 @@ def pushed(drive, force, detector=None, seconds=1.4, locks=None):
     planner.reset(PANDA.neutral)
     rng, named, felt = np.random.default_rng(0), {}, []
     path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=4.0)
-    way = path.sample(TWO_MS * np.arange(round(seconds / TWO_MS)))
-    target = ftqp.Target(pose=way.pose[0])
-    for k in range(round(seconds / TWO_MS)):
+    targets = targets_along(path, round(seconds / TWO_MS), TWO_MS)
+    for k in range(len(targets)):
         if k in (400, 550):
             plant.push(force if k == 400 else np.zeros(3))
         if k == 500 and locks is not None:
             plant.fail(ftqp.Locked(locks))
             planner.report(ftqp.Locked(locks))
-        target.pose[:], target.twist[:] = way.pose[k], way.twist[k]
-        target.acceleration[:] = way.acceleration[k]
-        step = planner.step(plant.q + 1e-5 * rng.standard_normal(7), None, target)
+        step = planner.step(plant.q + 1e-5 * rng.standard_normal(7), None, targets.at(k))
         if planner.touch is not None:
             named[k] = planner.touch
         if planner.diagnosis is not None and planner.diagnosis.touched:

@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started, targets_along
 
 import ftqp
 
@@ -99,17 +99,13 @@ def test_a_pose_in_another_frame_is_the_rows_that_pinocchio_says(level):
 def test_a_target_that_moves_is_followed_without_lag(level):
     """Twist and acceleration of a target go ahead of its pose, on level 0 as for the tip."""
     path = ftqp.paths.Circle(BOTH.pose(Q, "right_hand"), radius=0.03, duration=4.0)
-    samples = path.sample(np.arange(4000) * DT)
-    targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
-    planner = started(BOTH, DT, level=level, tasks=[ftqp.PoseTask("right_hand", level=0)], at=Q)
-    q, still = Q, ftqp.Target(pose=BOTH.pose(Q))
-    for k in range(2000):
-        step = planner.step(q, None, {"tip": still, "right_hand": targets.at(k)})
+    targets, still = targets_along(path, 2000, DT), ftqp.Target(pose=BOTH.pose(Q))
+    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.PoseTask("right_hand", level=0)])
+    for step in closed_loop(planner, lambda k: {"tip": still, "right_hand": targets.at(k)}, 2000, Q):
         assert step.status is ftqp.StepStatus.OK
-        q = step.q.copy()
     assert np.abs(step.tasks["right_hand"].error).max() < 2e-5
-    assert np.abs(BOTH.pose(q) - still.pose).max() < 2e-5
-    assert planner.tasks["right_hand"].target == pytest.approx(samples.pose[1999], abs=1e-12)
+    assert np.abs(BOTH.pose(step.q) - still.pose).max() < 2e-5
+    assert planner.tasks["right_hand"].target == pytest.approx(path.sample(1999 * DT).pose[0], abs=1e-12)
 
 
 def carried(planner, lock=None, steps=1500, way=(-0.1, 0.0, 0.1)):
@@ -132,6 +128,17 @@ def carried(planner, lock=None, steps=1500, way=(-0.1, 0.0, 0.1)):
             held = np.linalg.solve(BOTH.pose(q, HANDS[0]), BOTH.pose(q, HANDS[1]))
             slip = max(slip, np.linalg.norm((held - bar)[:3, 3]))
     return step, slip, np.linalg.norm((BOTH.pose(q) - T)[:3, 3])
+
+
+def leaving(v, ramp=1):
+    """A target that leaves the tip's place at so many m/s, which it has after a ramp of some ticks."""
+    T = BOTH.pose(BOTH.neutral)
+
+    def target(k):
+        T[:3, 3] += np.array(v) * DT * min(1.0, k / ramp)
+        return ftqp.Target(pose=T)
+
+    return target
 
 
 @pytest.mark.parametrize("lock", [None, 2, 11])
@@ -158,30 +165,20 @@ def test_what_is_out_of_reach_on_level_0_leaves_limits_kept_and_the_arm_at_rest(
     away[:3, 3] += (0.0, -3.0, 0.0)
     reach = ftqp.PoseTask("right_hand", level=0, target=away)
     planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose"), reach])
-    q, still = BOTH.neutral.copy(), ftqp.Target(pose=BOTH.pose(BOTH.neutral))
-    planner.reset(q)
-    for _ in range(3000):
-        step = planner.step(q, None, still)
+    for step in closed_loop(planner, ftqp.Target(pose=BOTH.pose(BOTH.neutral)), 3000):
         assert (step.q >= BOTH.limits.q_min - 1e-9).all() and (step.q <= BOTH.limits.q_max + 1e-9).all()
         assert (np.abs(step.v) <= BOTH.limits.v_max + 1e-9).all()
-        q = step.q.copy()
     assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
 
 
 def test_a_stop_brings_both_arms_to_rest_and_keeps_the_grip(level):
     planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose"), GRIP])
-    q = BOTH.neutral.copy()
-    planner.reset(q)
-    bar = np.linalg.solve(BOTH.pose(q, HANDS[0]), BOTH.pose(q, HANDS[1]))
-    T = BOTH.pose(q)
-    for k in range(900):
-        if k == 300:
-            planner.stop()
-        T[:3, 3] += np.array([-0.2, 0.0, 0.2]) * DT * min(1.0, k / 200)
-        step = planner.step(q, None, ftqp.Target(pose=T))
-        q = step.q.copy()
+    stop = {300: lambda planner: planner.stop()}
+    *_, step = closed_loop(planner, leaving((-0.2, 0.0, 0.2), 200), 900, events=stop)
     assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
-    held = np.linalg.solve(BOTH.pose(q, HANDS[0]), BOTH.pose(q, HANDS[1]))
+    bar, held = (
+        np.linalg.solve(BOTH.pose(q, HANDS[0]), BOTH.pose(q, HANDS[1])) for q in (BOTH.neutral, step.q)
+    )
     assert np.linalg.norm((held - bar)[:3, 3]) < 1e-4
 
 
@@ -193,18 +190,16 @@ def test_an_axis_looks_at_a_frame_that_moves(level):
     look = ftqp.AxisTask("left_hand", axis=axis, towards="right_hand", name="look", level=0)
     hand = ftqp.PoseTask("right_hand", rows="position", level=0)
     planner = started(BOTH, DT, level=level, tasks=[ftqp.Task("position"), hand, look], at=q)
-    circle = ftqp.paths.Circle(right, radius=0.05, duration=4.0)
-    samples = circle.sample(np.maximum(np.arange(4000) - 1000, 0) * DT)
-    targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
-    tip = ftqp.Target(position=left[:3, 3])
-    for k in range(4000):
-        step = planner.step(q, None, {"tip": tip, "right_hand": targets.at(k)})
+    circle, tip = ftqp.paths.Circle(right, radius=0.05, duration=4.0), ftqp.Target(position=left[:3, 3])
+    targets = targets_along(circle, 3000, DT)
+    both = lambda k: {"tip": tip, "right_hand": targets.at(max(k - 1000, 0))}  # noqa: E731
+    for k, step in enumerate(closed_loop(planner, both, 4000)):
         assert k < 1500 or np.linalg.norm(step.tasks["look"].error) < 2e-3
-        q = step.q.copy()
-    T, other = BOTH.pose(q), BOTH.pose(q, "right_hand")[:3, 3]
+    T, other = BOTH.pose(step.q), BOTH.pose(step.q, "right_hand")[:3, 3]
     sight = (other - T[:3, 3]) / np.linalg.norm(other - T[:3, 3])
     assert T[:3, :3] @ axis / np.linalg.norm(axis) @ sight > 1.0 - 1e-5
-    assert np.linalg.norm(other - samples.pose[-1][:3, 3]) < 1e-4 > np.linalg.norm(T[:3, 3] - left[:3, 3])
+    end = circle.sample(2999 * DT).pose[0, :3, 3]
+    assert np.linalg.norm(other - end) < 1e-4 > np.linalg.norm(T[:3, 3] - left[:3, 3])
 
 
 def test_rows_of_ones_own_are_kept_before_the_task():
@@ -217,15 +212,10 @@ def test_rows_of_ones_own_are_kept_before_the_task():
         BOTH, DT, level="velocity", constraints=[ftqp.Rows(1, fill, name="ratio")],
         tasks=[ftqp.Task("pose"), GRIP], emergency=None,
     )  # fmt: skip
-    q = BOTH.neutral.copy()
-    planner.reset(q)
-    T, pressed = BOTH.pose(q), 0
-    for _ in range(400):
-        T[:3, 3] += np.array([0.0, 0.1, 0.0]) * DT
-        step = planner.step(q, None, ftqp.Target(pose=T))
+    pressed = 0
+    for step in closed_loop(planner, leaving((0.0, 0.1, 0.0)), 400):
         assert step.v[0] - 0.1 * step.v[7] <= 1e-9
         pressed += "ratio 0 its row" in step.limits_active
-        q = step.q.copy()
     assert pressed > 100 and planner.constraints["ratio"].failed == ""
 
 
@@ -261,13 +251,7 @@ def test_rows_that_fail_while_running_stop_the_arm_and_say_why(level, fill, why)
     planner = ftqp.Planner(
         BOTH, DT, level=level, constraints=[ftqp.Rows(1, good_at_first)], tasks=[ftqp.Task("pose")]
     )
-    q = BOTH.neutral.copy()
-    planner.reset(q)
-    T = BOTH.pose(q)
-    for k in range(600):
-        T[:3, 3] += np.array([0.0, 0.1, 0.0]) * DT
-        step = planner.step(q, None, ftqp.Target(pose=T))
+    for k, step in enumerate(closed_loop(planner, leaving((0.0, 0.1, 0.0)), 600)):
         assert step.status is ftqp.StepStatus.OK or k >= 100
-        q = step.q.copy()
     assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
     assert why in planner.constraints["rows"].failed

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from tests.ets7 import ets7
+from tests.going import closed_loop, targets_along
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -28,17 +29,19 @@ def momentum(q, v):
 def moved(level, lock=None, steps=2000, **settings):
     """The tip goes 0.3 m along a line in space; steps' q and v, the last step, and the target at last."""
     planner = ftqp.Planner(ROBOT, DT, level=level, task=ftqp.Task("pose"), **settings)
-    planner.reset(ROBOT.neutral)
     line = ftqp.paths.Line(ROBOT.pose(ROBOT.neutral), (-0.1, 0.2, 0.2), duration=0.8 * steps * DT)
-    way = line.sample(DT * np.arange(steps))
-    targets, q, told = ftqp.Targets(way.pose, way.twist, way.acceleration), ROBOT.neutral, []
-    for k in range(steps):
-        if lock is not None and k == steps // 3:
-            planner.report(ftqp.Locked(lock))
-        step = planner.step(q, None, targets.at(k))
+    return *followed(planner, line, steps, ROBOT.neutral, lock), line.sample(DT * steps).pose[0]
+
+
+def followed(planner, line, steps, q, lock=None):
+    """Each tick's q, v and a on a line, and the last step; a joint may lock after a third of the way."""
+    told, fails = [], {}
+    if lock is not None:
+        fails[steps // 3] = lambda planner: planner.report(ftqp.Locked(lock))
+    for step in closed_loop(planner, targets_along(line, steps, DT).at, steps, q, events=fails):
         told.append((q, step.v.copy(), step.a.copy()))
         q = step.q.copy()
-    return told, step, way.pose[-1]
+    return told, step
 
 
 @pytest.mark.parametrize("lock", [None, "panda_joint3"])
@@ -105,30 +108,18 @@ def test_the_attitude_of_ets7_is_that_of_an_integration_of_the_momentum_equation
     planner = ftqp.Planner(robot, DT, level=level, task=ftqp.Task(rows), emergency=None)
     q = robot.neutral + np.r_[np.zeros(6), 0.4, -0.9, 1.2, 0.6, -0.7, 0.3]
     robot = replace(robot, neutral=q)
-    planner.reset(q)
     line = ftqp.paths.Line(robot.pose(q), (-0.05, 0.1, -0.05), duration=0.9 * steps * DT)
-    way = line.sample(DT * np.arange(steps))
-    targets, told = ftqp.Targets(way.pose, way.twist, way.acceleration), []
-    for k in range(steps):
-        if lock is not None and k == steps // 3:
-            planner.report(ftqp.Locked(f"joint{lock}"))
-        step = planner.step(q, None, targets.at(k))
-        told.append((q, step.v.copy(), step.a.copy()))
-        q = step.q.copy()
+    told, step = followed(planner, line, steps, q, lock and f"joint{lock}")
+    q = step.q
     assert np.abs(q[6:] - robot.neutral[6:]).max() > 0.01 and np.abs(q[3:6]).max() > 1e-4
     assert np.abs(q[:6] - reacted(robot, told, level)).max() < 1e-9
 
 
 def test_a_stop_brings_the_arm_and_the_body_to_rest():
     planner = ftqp.Planner(ROBOT, DT, level="velocity", task=ftqp.Task("pose"))
-    planner.reset(ROBOT.neutral)
-    T, q = ROBOT.pose(ROBOT.neutral), ROBOT.neutral
-    for k in range(900):
-        if k == 400:
-            planner.stop()
-        T[:3, 3] += np.array([-0.1, 0.0, 0.1]) * DT
-        step = planner.step(q, None, ftqp.Target(pose=T))
-        q = step.q.copy()
+    away = ftqp.paths.Line(ROBOT.pose(ROBOT.neutral), (-0.1, 0.0, 0.1), duration=1.0)
+    stop = {400: lambda planner: planner.stop()}
+    *_, step = closed_loop(planner, targets_along(away, 900, DT).at, 900, events=stop)
     assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
 
 

@@ -4,6 +4,7 @@ import logging
 
 import numpy as np
 import pytest
+from tests.going import closed_loop, targets_along
 
 import ftqp
 
@@ -246,15 +247,10 @@ def test_joint_of_which_friction_takes_most_of_the_pull_is_not_held_to_swing():
 def test_where_nobody_measures_the_joint_swings_from_the_first_tick():
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, DT)
-    q, v = robot.neutral.copy(), np.zeros(7)
-    planner.reset(q)
     planner.report(ftqp.FreeSwinging(WRIST))
-    target = ftqp.Target(pose=robot.pose(q))
-    for _ in range(100):
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
+    for step in closed_loop(planner, ftqp.Target(pose=robot.pose(robot.neutral)), 100):
         assert "swings freely" in step.notice
-    assert abs(q[WRIST] - robot.neutral[WRIST]) > 0.02
+    assert abs(step.q[WRIST] - robot.neutral[WRIST]) > 0.02
 
 
 def test_two_joints_that_friction_holds_stop_nobody():
@@ -286,19 +282,13 @@ def _said(drive, joint, *, reported_at=None):
     planner.reset(robot.neutral)
     plant.reset(robot.neutral, np.zeros(7))
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.1, duration=4.0)
-    way, target, rng = (
-        path.sample(DT * np.arange(1000)),
-        ftqp.Target(pose=path.start),
-        np.random.default_rng(1),
-    )
-    said = []
+    targets, rng, said = targets_along(path, 1000, DT), np.random.default_rng(1), []
     for k in range(1000):
         if k == 700:
             plant.fail(ftqp.FreeSwinging(joint))
         if k == reported_at:
             planner.report(ftqp.FreeSwinging(joint))
-        target.at(way.pose[k], way.twist[k], way.acceleration[k])
-        step = planner.step(plant.q + 1e-4 * rng.standard_normal(7), None, target)
+        step = planner.step(plant.q + 1e-4 * rng.standard_normal(7), None, targets.at(k))
         plant.advance(step)
         for what in ("has no motor", "swings freely"):
             if what in (step.notice or "") and what not in dict(said):

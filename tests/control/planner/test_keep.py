@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from tests.control.planner.test_soft_tasks import LIGHT, PANDA, Q, V, frame, still
+from tests.going import closed_loop
 
 import ftqp
 from ftqp.control.planner.planner_view import row_labels
@@ -83,12 +84,8 @@ def test_the_task_gives_way_and_what_holds_it_is_named():
     target.position[2] = 0.3
     for backend in ("active_set", "daqp", "dtrnn"):
         planner = ftqp.Planner(PANDA, DT, emergency=None, constraints=[keep], backend=backend)
-        q = PANDA.neutral.copy()
-        planner.reset(q)
-        for _ in range(3000):
-            step = planner.step(q, None, target)
-            q = step.q.copy()
-        assert PANDA.pose(q)[2, 3] == pytest.approx(0.45, abs=2e-5)
+        *_, step = closed_loop(planner, target, 3000)
+        assert PANDA.pose(step.q)[2, 3] == pytest.approx(0.45, abs=2e-5)
         assert step.status is ftqp.StepStatus.RELAXED and "tool its boundary" in step.limits_active
         assert "in the way: tool at its boundary" in str(step.certificate)
         assert "tool its boundary" in step.copy().limits_active
@@ -106,12 +103,8 @@ UP = PANDA.pose(PANDA.neutral)[:3, :3].T
 ])  # fmt: skip
 def test_what_begins_beyond_its_boundary_comes_back_and_stays(level, keep, begins):
     planner = ftqp.Planner(PANDA, DT, level=level, task=ftqp.Task(rows="position"), constraints=[keep])
-    q = PANDA.neutral.copy()
-    planner.reset(q)
-    inside = []
-    for _ in range(6000):
-        q = planner.step(q, None, still(PANDA, PANDA.neutral)).q.copy()
-        inside.append(keep.distance(PANDA.pose(q, keep.frame)))
+    steps = closed_loop(planner, still(PANDA, PANDA.neutral), 6000)
+    inside = [keep.distance(PANDA.pose(step.q, keep.frame)) for step in steps]
     assert inside[0] < begins and inside[-1] > -1e-6 and (np.diff(inside) > -1e-9).all()
 
 
@@ -192,12 +185,8 @@ def test_the_task_gives_way_to_a_cone_and_to_a_side_of_a_box_and_they_are_named(
     goal[:3, :3], goal[0, 3] = lean @ T[:3, :3], T[0, 3] + 0.1
     box = ftqp.Keep(TIP, inside=((-INF, -INF, -INF), (T[0, 3] + 0.02, INF, INF)), name="cell")
     planner = ftqp.Planner(PANDA, DT, emergency=None, constraints=[upright, box])
-    q = PANDA.neutral.copy()
-    planner.reset(q)
-    for _ in range(3000):
-        step = planner.step(q, None, ftqp.Target(pose=goal))
-        q = step.q.copy()
-    end = PANDA.pose(q)
+    *_, step = closed_loop(planner, ftqp.Target(pose=goal), 3000)
+    end = PANDA.pose(step.q)
     assert np.arccos((end @ np.linalg.inv(T))[2, 2]) == pytest.approx(0.2, abs=2e-5)
     assert end[0, 3] == pytest.approx(T[0, 3] + 0.02, abs=2e-5)
     assert step.status is ftqp.StepStatus.RELAXED
@@ -209,14 +198,16 @@ def test_an_axis_that_comes_through_the_middle_is_braked_before_the_other_side()
     T = PANDA.pose(PANDA.neutral)
     keep = ftqp.Keep(TIP, axis=T[:3, :3].T @ [0, 0, 1], along=(0, 0, 1), within=0.15, braking=2.0)
     planner = ftqp.Planner(PANDA, DT, emergency=None, constraints=[keep])
-    q, least, sides = PANDA.neutral.copy(), np.inf, set()
-    planner.reset(q)
-    for k in range(3000):
+    least, sides = np.inf, set()
+
+    def leaning(k):
         lean, goal = 0.9 * np.sin(4.0 * k * DT), T.copy()
         turn = [[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]]
         goal[:3, :3] = turn @ T[:3, :3]
-        q = planner.step(q, None, ftqp.Target(pose=goal)).q.copy()
-        end = PANDA.pose(q)
+        return ftqp.Target(pose=goal)
+
+    for step in closed_loop(planner, leaning, 3000):
+        end = PANDA.pose(step.q)
         least = min(least, keep.distance(end))
         if keep.distance(end) < 1e-3:
             sides.add(np.sign((end @ np.linalg.inv(T))[2, 1]))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop, targets_along
 from tests.telescope import telescope
 
 import ftqp
@@ -28,14 +29,9 @@ def off_image(robot, q):
 @pytest.mark.parametrize("mode", ["slack", "hard", "scaled", "lexicographic"])
 def test_the_tip_follows_a_path_and_every_follower_its_leader(robot, level, mode):
     planner = ftqp.Planner(robot, level=level, task=ftqp.Task("position", mode=mode))
-    q = start(robot)
-    planner.reset(q)
-    path = ftqp.paths.Circle(robot.pose(q), radius=0.05, duration=3.0)
-    sampled = path.sample([0.001 * k for k in range(1500)])
-    targets = ftqp.Targets(sampled.pose, sampled.twist, sampled.acceleration)
-    moved = np.zeros(robot.nv)
-    for k in range(1500):
-        step = planner.step(q, None, targets.at(k))
+    q, moved = start(robot), np.zeros(robot.nv)
+    targets = targets_along(ftqp.paths.Circle(robot.pose(q), radius=0.05, duration=3.0), 1500, DT)
+    for step in closed_loop(planner, targets.at, 1500, q):
         assert step.status is ftqp.StepStatus.OK
         assert off_image(robot, step.q) <= 1e-15 and (np.abs(step.v) <= robot.limits.v_max).all()
         moved += np.abs(step.q - q)
@@ -66,20 +62,15 @@ def test_the_least_rates_of_the_motors_are_those_of_the_folded_jacobian(robot, b
 def test_a_locked_follower_locks_its_leader_and_the_arm_goes_on(robot, level, mode):
     planner = ftqp.Planner(robot, level=level, task=ftqp.Task("position"))
     q = start(robot)
-    planner.reset(q)
-    path = ftqp.paths.Line(robot.pose(q), displacement=(0.0, 0.08, 0.0), duration=1.0)
-    sampled = path.sample([0.001 * k for k in range(1500)])
-    targets = ftqp.Targets(sampled.pose, sampled.twist, sampled.acceleration)
-    for k in range(1500):
-        if k == 400:
-            planner.report(ftqp.Locked("elbow", mode=mode))
-            assert list(planner.faults) == ["shoulder"]
-        step = planner.step(q, None, targets.at(k))
+    line = ftqp.paths.Line(robot.pose(q), displacement=(0.0, 0.08, 0.0), duration=1.0)
+    lock = {400: lambda planner: planner.report(ftqp.Locked("elbow", mode=mode))}
+    for k, step in enumerate(closed_loop(planner, targets_along(line, 1500, DT).at, 1500, q, events=lock)):
         assert off_image(robot, step.q) <= 1e-15
         if k > 800:
             assert step.v[3] == step.v[4] == 0.0 and step.q[3] == q[3] and step.q[4] == q[4]
         q = step.q.copy()
     assert step.status is ftqp.StepStatus.OK and step.position_error < 1e-4
+    assert list(planner.faults) == ["shoulder"]
     planner.withdraw("elbow")
     assert not planner.faults
 
@@ -116,13 +107,9 @@ def test_further_tasks_and_kept_points_count_what_a_follower_moves(robot):
         ],
         constraints=[ftqp.Keep("roll", above=[0, 0, high - 0.03])],
     )
-    planner.reset(q)
-    target = ftqp.Target(pose=robot.pose(q))
-    for _ in range(5500):
-        step = planner.step(q, None, target)
-        q = step.q.copy()
-        assert robot.pose(q, "roll")[2, 3] >= high - 0.03 - 1e-6
-    assert robot.pose(q, "roll")[2, 3] == pytest.approx(high - 0.03, abs=1e-3)
+    for step in closed_loop(planner, ftqp.Target(pose=robot.pose(q)), 5500, q):
+        assert robot.pose(step.q, "roll")[2, 3] >= high - 0.03 - 1e-6
+    assert robot.pose(step.q, "roll")[2, 3] == pytest.approx(high - 0.03, abs=1e-3)
     assert step.position_error < 1e-3
 
 
@@ -135,14 +122,9 @@ def test_a_task_of_a_follower_is_one_of_its_leader_and_a_motion_of_the_joints_ta
     goal = start(robot)
     goal[0], goal[3] = 0.6, 0.2
     goal = robot.chain.ratio * goal[robot.chain.lead] + robot.chain.offset
-    mover = ftqp.GoTo(ftqp.Planner(robot), q=goal)
-    q = start(robot)
-    mover.reset(q)
-    for _ in range(3000):
-        step = mover.step(q, None)
-        q = step.q.copy()
-        assert off_image(robot, q) <= 1e-15
-    assert q == pytest.approx(goal, abs=1e-6)
+    for step in closed_loop(ftqp.GoTo(ftqp.Planner(robot), q=goal), None, 3000, start(robot)):
+        assert off_image(robot, step.q) <= 1e-15
+    assert step.q == pytest.approx(goal, abs=1e-6)
 
 
 def test_a_joint_with_followers_that_swings_freely_is_refused(robot):
@@ -189,8 +171,7 @@ class TorqueArm:
 def followed(planner, arm, ticks=900, at=400, event=None):
     """The largest and the last distance of the true tip from a circle, and all torques."""
     path = ftqp.paths.Circle(ROBOT.pose(START), radius=0.06, duration=3.0)
-    way = path.sample(DT * np.arange(ticks))
-    targets = ftqp.Targets(way.pose, way.twist, way.acceleration)
+    targets, places = targets_along(path, ticks, DT), path.sample(DT * np.arange(ticks)).pose[:, :3, 3]
     planner.reset(START)
     off, torques = [], []
     for k in range(ticks):
@@ -199,7 +180,7 @@ def followed(planner, arm, ticks=900, at=400, event=None):
         step = planner.step(arm.seen(), None, targets.at(k))
         torques.append(step.tau.copy())
         arm.move(step.tau)
-        off.append(float(np.linalg.norm(ROBOT.pose(arm.q)[:3, 3] - way.pose[k][:3, 3])))
+        off.append(float(np.linalg.norm(ROBOT.pose(arm.q)[:3, 3] - places[k])))
     return max(off), off[-1], np.array(torques), step
 
 

@@ -4,12 +4,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started, targets_along
 
 import ftqp
 from ftqp.core.errors import InputError
 
 DT, DURATION, ROWS = 2e-3, 2.0, 100
+TICKS = round(DURATION / DT)
 Q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
 
 
@@ -73,16 +74,10 @@ def test_the_joints_are_where_the_plan_has_them_all_the_way(panda, level):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)
     assert np.abs(plan.q[-1] - made(panda, path, 0.0).q[-1]).max() > 0.1  # another way than least norm
-    planner = started(panda, dt=DT, level=level, plan=plan, at=Q0)
-    q, v, worst = Q0, np.zeros(7), 0.0
-    times = np.arange(int(DURATION / DT)) * DT
-    found = path.sample(times)
-    for k, time in enumerate(times):
-        step = planner.step(q, v, ftqp.Target(found.pose[k], None, found.twist[k], found.acceleration[k]))
+    planner = ftqp.Planner(panda, dt=DT, level=level, plan=plan)
+    for k, step in enumerate(closed_loop(planner, targets_along(path, TICKS, DT).at, TICKS, Q0)):
         assert step.status is ftqp.StepStatus.OK
-        q, v = step.q.copy(), step.v.copy()
-        worst = max(worst, np.abs(q - at(plan, time + DT)).max())
-    assert worst < 3e-3
+        assert np.abs(step.q - at(plan, (k + 1) * DT)).max() < 3e-3
     assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
 
 
@@ -95,20 +90,19 @@ def test_after_a_lock_the_verified_continuation_leads_and_after_a_repair_the_pla
     planner.reset(Q0)
     assert plan.failed == []
     plan.after = ROWS // 4, other.q[ROWS // 4 :]
-    times = np.arange(int(DURATION / DT)) * DT
-    found, q, v, away = path.sample(times), Q0, np.zeros(7), {}
-    for k in range(len(times)):
-        if k == len(times) // 4:
-            planner.report(ftqp.Locked("panda_joint7"))
-            ((time, faults),) = plan.failed
-            assert time == pytest.approx(planner.plan_time) and faults == (ftqp.Locked("panda_joint7"),)
-        if k == len(times) // 2:
-            away["other"] = np.abs(q - other.q[round(planner.plan_time / plan.t[1])])[:6].max()
-            planner.withdraw("panda_joint7")
-        step = planner.step(q, v, ftqp.Target(found.pose[k], None, found.twist[k], found.acceleration[k]))
-        q, v = step.q.copy(), step.v.copy()
-    assert away["other"] < 0.01 < 0.1 < np.abs(plan.q[-1] - other.q[-1])[:6].max()
-    assert np.abs(q - plan.q[-1])[:6].max() < 0.02
+    targets, lock = targets_along(path, TICKS, DT), ftqp.Locked("panda_joint7")
+    *_, step = closed_loop(planner, targets.at, TICKS // 4, Q0, reset=False)
+    planner.report(lock)
+    ((time, faults),) = plan.failed
+    assert time == pytest.approx(planner.plan_time) and faults == (lock,)
+    more = lambda k: targets.at(TICKS // 4 + k)  # noqa: E731
+    *_, step = closed_loop(planner, more, TICKS // 4, step.q, step.v, reset=False)
+    led_by_other = np.abs(step.q - other.q[round(planner.plan_time / plan.t[1])])[:6].max()
+    assert led_by_other < 0.01 < 0.1 < np.abs(plan.q[-1] - other.q[-1])[:6].max()
+    planner.withdraw("panda_joint7")
+    more = lambda k: targets.at(TICKS // 2 + k)  # noqa: E731
+    *_, step = closed_loop(planner, more, TICKS // 2, step.q, step.v, reset=False)
+    assert np.abs(step.q - plan.q[-1])[:6].max() < 0.02
 
 
 @pytest.mark.long
@@ -117,17 +111,14 @@ def test_a_path_that_is_slowed_down_and_stopped_takes_the_plan_with_it(panda):
     plan = made(panda, path)
     planner = ftqp.Planner(panda, dt=DT, level="velocity", plan=plan, task=ftqp.Task(mode="scaled"))
     follower = ftqp.PathFollower(planner, path)
-    follower.reset(Q0)
-    q, v = Q0, np.zeros(7)
-    for k in range(4 * int(DURATION / DT)):
-        planner.speed = 0.3 if 200 < k < 1500 else 1.0
-        if k == 600:
-            planner.stop()
-        if k == 800:
-            assert planner.resume()
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
-        assert np.abs(q - at(plan, follower.progress)).max() < 0.01
+    events = {
+        201: lambda planner: setattr(planner, "speed", 0.3),
+        600: lambda planner: planner.stop(),
+        800: lambda planner: planner.resume(),
+        1500: lambda planner: setattr(planner, "speed", 1.0),
+    }
+    for step in closed_loop(follower, None, 4 * TICKS, Q0, events=events):
+        assert np.abs(step.q - at(plan, follower.progress)).max() < 0.01
     assert follower.status is ftqp.PathStatus.DONE
     assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
 
@@ -137,13 +128,11 @@ def test_a_start_off_the_plan_is_drawn_onto_it(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)
     away = onto(panda, turned(panda, Q0, 0.2), path.start)
-    planner = started(panda, dt=DT, level="velocity", plan=plan, at=away)
-    q, v = away, np.zeros(7)
-    for k in range(int(DURATION / DT)):
-        step = planner.step(q, v, ftqp.Target(path.sample(np.array([k * DT])).pose[0]))
-        q, v = step.q.copy(), step.v.copy()
+    planner = ftqp.Planner(panda, dt=DT, level="velocity", plan=plan)
+    places = path.sample(DT * np.arange(TICKS)).pose
+    *_, step = closed_loop(planner, ftqp.Targets(places).at, TICKS, away)
     assert np.abs(away - Q0).max() > 0.08
-    assert np.abs(q - plan.q[-1]).max() < 5e-3
+    assert np.abs(step.q - plan.q[-1]).max() < 5e-3
 
 
 def test_options_beside_constraints_are_ways_out_as_a_plan_knows_of_no_constraint(panda):

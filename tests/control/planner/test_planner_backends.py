@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop, started, targets_along
 from tests.puppet import Puppet, writes
 
 import ftqp
@@ -21,21 +22,15 @@ TOLERANCE = {
 def side_by_side(robot, path, backend, ticks, **options):
     """Steps of an external and of the in-kernel planner at the same states, through a lock of joint 3."""
     options = {"task": ftqp.Task(degrade=())} | options  # only the active set can give up rows
-    planner = ftqp.Planner(robot, DT, backend=backend, **options)
-    reference = ftqp.Planner(robot, DT, **options)
-    assert planner.backend == (backend if isinstance(backend, str) else backend["name"])
-    q, v = robot.neutral.copy(), np.zeros(robot.nv)
-    planner.reset(q)
-    reference.reset(q)
-    sample = path.sample(np.arange(ticks) * DT)
-    target = ftqp.Target(pose=path.start)
+    planner = started(robot, DT, backend=backend, **options)
+    reference = started(robot, DT, **options)
+    assert planner.backend == backend
+    q, v, targets = robot.neutral.copy(), np.zeros(robot.nv), targets_along(path, ticks, DT)
     for k in range(ticks):
         if k == ticks // 2:
             planner.report(ftqp.Locked(2))
             reference.report(ftqp.Locked(2))
-        target.pose[:], target.twist[:] = sample.pose[k], sample.twist[k]
-        target.acceleration[:] = sample.acceleration[k]
-        a, b = planner.step(q, v, target), reference.step(q, v, target)
+        a, b = (one.step(q, v, targets.at(k)) for one in (planner, reference))
         yield a, b
         q, v = b.q.copy(), b.v.copy()
 
@@ -138,12 +133,12 @@ ANSWERS = {
 @pytest.mark.filterwarnings("ignore::numpy.exceptions.ComplexWarning")
 @pytest.mark.parametrize("mode", ["slack", pytest.param("hard", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("answer", ANSWERS.values(), ids=ANSWERS)
-def test_no_answer_of_a_solver_leads_to_an_unsafe_command(panda, home, level, follow, answer, mode):
+def test_no_answer_of_a_solver_leads_to_an_unsafe_command(panda, home, level, answer, mode):
     target = ftqp.Target(pose=home, twist=[0.1, 0.1, 0.0, 0.0, 0.0, 0.0])
     task = ftqp.Task(mode=mode, calm=False)  # in calm the solver would not be asked
     planner = ftqp.Planner(panda, DT, level=level, backend=Puppet(answer), task=task, emergency=None)
     limits = panda.limits
-    for step in follow(planner, target, 30, events={10: lambda p: p.report(ftqp.Locked(3))}):
+    for step in closed_loop(planner, target, 30, events={10: lambda p: p.report(ftqp.Locked(3))}):
         assert step.status in (ftqp.StepStatus.FALLBACK, ftqp.StepStatus.RELAXED)
         assert np.isfinite(step.q).all()
         assert np.all(np.abs(step.a) <= limits.a_max * (1.0 + 1e-9))
@@ -183,24 +178,13 @@ def test_a_solver_out_of_time_is_no_answer_and_says_so(panda, home, backend):
 MILLISECOND = 1e-3
 
 
-def follow(planner, path, ticks, fault=None, at=None, q=None):
-    """Closed loop over ``ticks``: configurations, statuses, iterations."""
-    q = planner.robot.neutral.copy() if q is None else np.array(q)
-    v = np.zeros(planner.robot.nv)
-    planner.reset(q)
-    samples = path.sample(np.arange(ticks) * planner.dt)
-    target = ftqp.Target(pose=path.start)
-    rows, status, iterations = [], [], []
-    for k in range(ticks):
-        if k == at:
-            planner.report(fault)
-        target.pose[:], target.twist[:] = samples.pose[k], samples.twist[k]
-        target.acceleration[:] = samples.acceleration[k]
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
-        rows.append(q)
-        status.append(step.status)
-        iterations.append(step.qp.iterations)
+def follow(planner, path, ticks, fault):
+    """Closed loop with a fault at tick 1000: configurations, statuses, iterations."""
+    targets, fails = targets_along(path, ticks, planner.dt), {1000: lambda planner: planner.report(fault)}
+    steps = closed_loop(planner, targets.at, ticks, events=fails)
+    rows, status, iterations = zip(
+        *((step.q.copy(), step.status, step.qp.iterations) for step in steps), strict=True
+    )
     return np.array(rows), status, np.array(iterations)
 
 
@@ -212,7 +196,7 @@ def test_a_lost_joint_on_a_circle_makes_the_motion_of_the_active_set(panda, home
         ftqp.Planner(panda, MILLISECOND, level=level, backend=name, task=task)
         for name in ("active_set", "dtrnn")
     )
-    runs = [follow(planner, path, 2000, fault, 1000) for planner in planners]
+    runs = [follow(planner, path, 2000, fault) for planner in planners]
     assert runs[0][1] == runs[1][1]
     assert np.abs(runs[0][0] - runs[1][0]).max() <= 1e-6
     assert np.median(runs[1][2]) <= 1
@@ -224,7 +208,7 @@ def test_a_task_out_of_reach_ends_in_the_same_status_in_every_mode(panda, home, 
     fault = ftqp.Locked("panda_joint4")
     settings = dict(emergency=None, task=ftqp.Task(mode=mode))
     runs = [
-        follow(ftqp.Planner(panda, MILLISECOND, backend=name, **settings), path, 1200, fault, 1000)
+        follow(ftqp.Planner(panda, MILLISECOND, backend=name, **settings), path, 1200, fault)
         for name in ("active_set", "dtrnn")
     ]
     assert ftqp.StepStatus.RELAXED in runs[0][1]

@@ -5,7 +5,7 @@ import threading
 
 import numpy as np
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started
 from tests.interrupted import interrupted, stop
 
 import ftqp
@@ -66,12 +66,8 @@ CHANGES = {
 def commands(planner):
     """What a planner commands on the way to a place near by."""
     target = ftqp.Target(pose=PANDA.pose(PANDA.neutral + 0.1))
-    q, found = PANDA.neutral.copy(), []
-    for _ in range(20):
-        step = planner.step(q, None, target)
-        q = step.q.copy()
-        found.append((q, step.tau.copy()))
-    return np.array(found)
+    steps = closed_loop(planner, target, 20, reset=False)
+    return np.array([(step.q.copy(), step.tau.copy()) for step in steps])
 
 
 @pytest.mark.long

@@ -172,16 +172,8 @@ def raises(state, A, b, c=None):
     raise ZeroDivisionError("by nothing")
 
 
-def writes_another_shape(state, A, b, c=None):
-    A[:] = np.zeros((3, 6))
-
-
 def writes_nan(state, J, b):
     b[:] = np.nan
-
-
-def crosses(state, C, l, u):
-    l[0], u[0] = 1.0, 0.0
 
 
 def returns(state, J, b):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started
 
 import ftqp
 
@@ -19,12 +19,9 @@ def moved(T, *by):
 
 
 def run(planner, q, targets, ticks=3000):
-    planner.reset(q)
     statuses = set()
-    for _ in range(ticks):
-        step = planner.step(q, None, targets)
+    for step in closed_loop(planner, targets, ticks, q):
         statuses.add(step.status.name)
-        q = step.q.copy()
     return step, statuses
 
 
@@ -192,13 +189,10 @@ def test_a_hand_stretched_towards_what_it_cannot_reach_does_not_swing(level, tar
     q = DUAL.neutral
     tasks = [ftqp.Task(), ftqp.PositionTask(RIGHT, level=1)]
     planner = ftqp.Planner(DUAL, level=level, tasks=tasks, emergency=None)
-    step, _ = run(planner, q, {LEFT: DUAL.pose(q, LEFT), RIGHT: np.array(target)}, ticks=3500)
-    largest, q = 0.0, step.q.copy()
-    for _ in range(500):
-        step = planner.step(q, None, {})
-        q = step.q.copy()
-        largest = max(largest, float(np.abs(step.a / DUAL.limits.a_max).max()))
-    assert largest < 0.05 and step.position_error < 1e-4
+    last, _ = run(planner, q, {LEFT: DUAL.pose(q, LEFT), RIGHT: np.array(target)}, ticks=3500)
+    for step in closed_loop(planner, {}, 500, last.q, last.v, reset=False):
+        assert np.abs(step.a / DUAL.limits.a_max).max() < 0.05
+    assert step.position_error < 1e-4
 
 
 BOUNDLESS = ftqp.robots.load("panda").with_limits(v_max=1e3, a_max=1e6)
@@ -255,14 +249,10 @@ def test_level_2_goes_before_level_3_whatever_their_weights(level):
         ftqp.PositionTask(elbow, rows="y", target=up - (0, 0.06, 0), level=3, name="second"),
     ]
     planner = ftqp.Planner(robot, 2e-3, level=level, tasks=tasks)
-    planner.reset(q)
-    target = ftqp.Target(pose=robot.pose(q))
-    for _ in range(2000):
-        step = planner.step(q, None, target)
-        q = step.q.copy()
-    assert abs(robot.pose(q, elbow)[1, 3] - up[1]) < 1e-3
+    step, _ = run(planner, q, ftqp.Target(pose=robot.pose(q)), ticks=2000)
+    assert abs(robot.pose(step.q, elbow)[1, 3] - up[1]) < 1e-3
     for hand in robot.tips:
-        assert np.abs(robot.pose(q, hand) - robot.pose(robot.neutral, hand))[:3, 3].max() < 2e-5
+        assert np.abs(robot.pose(step.q, hand) - robot.pose(robot.neutral, hand))[:3, 3].max() < 2e-5
 
 
 @pytest.mark.parametrize("task", [
@@ -273,14 +263,9 @@ def test_level_2_goes_before_level_3_whatever_their_weights(level):
 def test_an_arm_rests_where_level_2_cannot_be_reached(level, task):
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, 2e-3, level=level, tasks=[ftqp.Task("position"), task])
-    q = robot.neutral.copy()
-    planner.reset(q)
-    target, most = ftqp.Target(pose=robot.pose(q)), 0.0
-    for k in range(2250):
-        step = planner.step(q, None, target)
-        q = step.q.copy()
-        most = max(most, float(np.abs(step.a / robot.limits.a_max).max())) if k >= 2000 else 0.0
-    assert most < 0.06 and step.position_error < 1e-5 and step.status is ftqp.StepStatus.OK
+    for k, step in enumerate(closed_loop(planner, ftqp.Target(pose=robot.pose(robot.neutral)), 2250)):
+        assert k < 2000 or np.abs(step.a / robot.limits.a_max).max() < 0.06
+    assert step.position_error < 1e-5 and step.status is ftqp.StepStatus.OK
 
 
 def test_level_2_arrives_where_level_3_is_outweighed_by_the_scheme():
@@ -289,12 +274,7 @@ def test_level_2_arrives_where_level_3_is_outweighed_by_the_scheme():
     for level in (2, 3):
         look = ftqp.AxisTask(HAND, towards=(0, 0, 3.0), level=level, name="look")
         planner = ftqp.Planner(robot, 2e-3, tasks=[ftqp.Task("position"), look])
-        q = robot.neutral.copy()
-        planner.reset(q)
-        target = ftqp.Target(pose=robot.pose(q))
-        for _ in range(4500):
-            step = planner.step(q, None, target)
-            q = step.q.copy()
+        *_, step = closed_loop(planner, ftqp.Target(pose=robot.pose(robot.neutral)), 4500)
         left[level] = float(np.linalg.norm(step.tasks["look"].error))
         assert step.position_error < 1e-5
     assert left[2] < 1e-3 and left[3] > 0.5
@@ -310,12 +290,7 @@ def test_every_backend_sees_how_rows_change_as_the_arm_moves(backend, later):
     down = robot.pose(robot.neutral, ELBOW)[:3, 3] - (0, 0, 0.05)
     tasks = [ftqp.Task("position"), ftqp.PositionTask(ELBOW, rows="z", target=down, level=later)]
     planner = ftqp.Planner(robot, 2e-3, level="velocity", backend=backend, tasks=tasks)
-    q = robot.neutral.copy()
-    planner.reset(q)
-    target = ftqp.Target(pose=robot.pose(q))
-    for _ in range(300):
-        step = planner.step(q, None, target)
-        q = step.q.copy()
+    for step in closed_loop(planner, ftqp.Target(pose=robot.pose(robot.neutral)), 300):
         assert step.status is ftqp.StepStatus.OK
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.going import closed_loop
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -134,15 +135,10 @@ def test_joints_and_ones_own_rows_are_the_same_term(level):
     assert np.count_nonzero(one[0]) == 2
 
 
-def run(planner, target, ticks=2500, fault=None, robot=PANDA):
-    q = robot.neutral.copy()
-    planner.reset(q)
-    for k in range(ticks):
-        if fault is not None and k == ticks // 3:
-            planner.report(fault)
-        step = planner.step(q, None, target)
-        q = step.q.copy()
-    return step, q
+def run(planner, target, ticks=2500, fault=None):
+    fails = {} if fault is None else {ticks // 3: lambda planner: planner.report(fault)}
+    *_, step = closed_loop(planner, target, ticks, events=fails)
+    return step, step.q
 
 
 @pytest.mark.parametrize("fault", [None, ftqp.Locked(1)])

@@ -6,7 +6,7 @@ from copy import copy, deepcopy
 import numpy as np
 import pytest
 from tests.arm_at import arm_at
-from tests.going import started
+from tests.going import closed_loop, started
 
 import ftqp
 from ftqp.control.planner.planner_view import row_labels, variable_labels
@@ -25,11 +25,11 @@ def moving(home, speed=0.05):
     return ftqp.Target(pose=home, twist=[speed, 0, 0, 0, 0, 0])
 
 
-def test_limits_that_hold_the_command_back_are_named(panda, level, follow, home):
+def test_limits_that_hold_the_command_back_are_named(panda, level, home):
     """Joint 1 alone can turn the tip about the base axis; ask it for more than its velocity."""
     planner = ftqp.Planner(panda, DT, level=level, task=ftqp.Task(rows=("x", "y")), emergency=None)
     radius = float(np.hypot(*home[:2, 3]))
-    *_, last = follow(planner, moving(home, 0.0), 5)
+    *_, last = closed_loop(planner, moving(home, 0.0), 5)
     assert last.limits_active == ()
     target = ftqp.Target(pose=home)
     target.twist[1] = 20.0 * radius
@@ -116,13 +116,9 @@ def told(step):
 def on_its_way(panda, home, level):
     """A planner with a locked joint and its state, beyond what the limits allow."""
     planner = ftqp.Planner(panda, DT, level=level, emergency=None)
-    q, v = panda.neutral.copy(), np.zeros(7)
-    planner.reset(q)
     planner.report(ftqp.Locked(1))
-    for _ in range(15):
-        step = planner.step(q, v, moving(home, 3.0))
-        q, v = step.q.copy(), step.v.copy()
-    return planner, q, v
+    *_, step = closed_loop(planner, moving(home, 3.0), 15)
+    return planner, step.q.copy(), step.v.copy()
 
 
 @pytest.mark.parametrize("again", AGAIN, ids=["method", "copy", "deepcopy", "pickle"])
@@ -289,13 +285,8 @@ def far_target(robot, q):
 @pytest.mark.parametrize(("level", "per"), [("acceleration", "s2"), ("velocity", "s")])
 def test_calm_is_not_called_singular_and_amounts_have_the_units_of_the_level(level, per):
     panda = ftqp.robots.load("panda")
-    planner = ftqp.Planner(panda, 2e-3, level=level)
-    q = panda.neutral
-    planner.reset(q)
-    target, said = far_target(panda, q), []
-    for _ in range(500):
-        step = planner.step(q, None, target)
-        q = step.q.copy()
+    planner, said = ftqp.Planner(panda, 2e-3, level=level), []
+    for step in closed_loop(planner, far_target(panda, panda.neutral), 500):
         found = step.certificate
         if found is not None and found.unreached and not found.obstacles and step.sigma_min > 0.3:
             said.append(found)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop
 from tests.ride import DT, START, circle, target_at
 
 import ftqp
@@ -229,15 +230,15 @@ def running_away(home, speed=1.0, start=0.2):
 
 
 @pytest.mark.parametrize("samples", [1, 7])
-def test_stop_comes_after_that_many_rising_samples(panda, home, level, follow, samples):
+def test_stop_comes_after_that_many_rising_samples(panda, home, level, samples):
     stop = ftqp.EmergencyStop(position=0.05, samples=samples)
     planner = ftqp.Planner(panda, TWO_MS, level=level, emergency=stop)
-    statuses = [s.status for s in follow(planner, running_away(home), samples + 3)]
+    statuses = [s.status for s in closed_loop(planner, running_away(home), samples + 3)]
     first = next(k for k, s in enumerate(statuses) if s in (STOPPING, STOPPED))
     assert first == samples  # sample 0 has nothing to rise from
 
 
-def test_rotation_error_stops_too(panda, home, level, follow):
+def test_rotation_error_stops_too(panda, home, level):
     target = ftqp.Target(pose=home)
     rotation = home[:3, :3].copy()
 
@@ -246,16 +247,12 @@ def test_rotation_error_stops_too(panda, home, level, follow):
         target.pose[:3, :3] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ rotation
         return target
 
-    assert [s.status for s in follow(ftqp.Planner(panda, TWO_MS, level=level), turning, 10)][-1] in (
-        STOPPING,
-        STOPPED,
-    )
+    *_, last = closed_loop(ftqp.Planner(panda, TWO_MS, level=level), turning, 10)
+    assert last.status in (STOPPING, STOPPED)
 
 
 @pytest.mark.parametrize("backend", ["active_set", "daqp"])
-def test_stop_brakes_every_joint_within_its_limits_and_latches_until_reset(
-    panda, home, level, follow, backend
-):
+def test_stop_brakes_every_joint_within_its_limits_and_latches_until_reset(panda, home, level, backend):
     path = ftqp.paths.Circle(home, 0.15, duration=1.2, axes=("y", "z"))
     sample = path.sample(np.arange(600) * TWO_MS)
     target = ftqp.Target(pose=home)
@@ -269,7 +266,7 @@ def test_stop_brakes_every_joint_within_its_limits_and_latches_until_reset(
     planner = ftqp.Planner(panda, TWO_MS, level=level, backend=backend)
     speed, seen, moving = np.zeros(7), [], None
     limits = panda.limits
-    for step in follow(planner, at, 600):
+    for step in closed_loop(planner, at, 600):
         seen.append(step.status)
         if step.status in (STOPPING, STOPPED):
             moving = np.abs(speed).max() if moving is None else moving
@@ -289,9 +286,9 @@ def test_stop_brakes_every_joint_within_its_limits_and_latches_until_reset(
     assert planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home)).status is ftqp.StepStatus.OK
 
 
-def test_stopped_arm_still_takes_reports_and_bad_input(panda, home, follow):
+def test_stopped_arm_still_takes_reports_and_bad_input(panda, home):
     planner = ftqp.Planner(panda, TWO_MS)
-    *_, last = follow(planner, running_away(home), 100)
+    *_, last = closed_loop(planner, running_away(home), 100)
     assert last.status is STOPPED
     planner.report(ftqp.Locked(1))
     step = planner.step(np.full(7, np.nan), np.zeros(7), ftqp.Target(pose=home))
@@ -299,7 +296,7 @@ def test_stopped_arm_still_takes_reports_and_bad_input(panda, home, follow):
     assert planner.step(step.q.copy(), step.v.copy(), ftqp.Target(pose=home)).status is STOPPED
 
 
-def test_error_that_only_noise_lifts_does_not_stop(panda, home, follow):
+def test_error_that_only_noise_lifts_does_not_stop(panda, home):
     """Three rising samples in a row, not three in all."""
     target = ftqp.Target(pose=home)
 
@@ -308,7 +305,7 @@ def test_error_that_only_noise_lifts_does_not_stop(panda, home, follow):
         return target
 
     planner = ftqp.Planner(panda, TWO_MS, emergency=ftqp.EmergencyStop(position=0.05, samples=3))
-    assert not {s.status for s in follow(planner, jumping, 15)} & {STOPPING, STOPPED}
+    assert not {s.status for s in closed_loop(planner, jumping, 15)} & {STOPPING, STOPPED}
 
 
 def test_a_stop_that_is_asked_for_outlasts_one_that_a_free_joint_asked_for(robot):

@@ -11,9 +11,6 @@ import pytest
 from tests.going import started
 
 import ftqp
-from ftqp.control.planner.target import Target, Targets
-from ftqp.control.task.own_task import OwnTask
-from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_x, transform
 from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION
 
@@ -117,9 +114,9 @@ def test_a_target_that_is_not_finite_is_left_out_and_told_until_another_one_come
 @pytest.mark.parametrize("row", [-1, 5, 10**6, 2**58, -(2**62)])
 def test_a_row_that_a_trajectory_does_not_have_is_refused(row):
     planner, home = planner_of()
-    targets = Targets(np.stack([home] * 5))
+    targets = ftqp.Targets(np.stack([home] * 5))
     targets.row = row
-    with pytest.raises(InputError, match=r"make a new Target|take targets\.at"):
+    with pytest.raises(ftqp.InputError, match=r"make a new Target|take targets\.at"):
         planner.step(BODY.neutral, None, targets)
 
 
@@ -169,7 +166,7 @@ def test_reports_say_the_error_of_joints_and_know_no_error_of_least_squares():
 
 def test_an_error_of_ones_own_that_raises_is_not_known_and_says_why():
     @dataclass(frozen=True, slots=True, kw_only=True)
-    class Mine(OwnTask):
+    class Mine(ftqp.OwnTask):
         @property
         def count(self):
             return 1
@@ -241,23 +238,23 @@ TWIST, MORE = np.arange(6.0) + 1.0, np.arange(6.0) - 9.0
 
 
 def moving():
-    return Target(pose=T, twist=TWIST, acceleration=MORE)
+    return ftqp.Target(pose=T, twist=TWIST, acceleration=MORE)
 
 
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: Target(), "a target needs exactly one of pose and position"),
-        (lambda: Target(pose=np.eye(3)), r"pose has shape \(3, 3\), expected \(4, 4\)"),
-        (lambda: Target(pose=2.0 * np.eye(4)), "pose has a rotation part that is not a rotation"),
-        (lambda: Target(pose=T, acceleration="none"), "acceleration is not an array of numbers: 'none'"),
-        (lambda: Target(pose=T, stamp=1), "needs a stamp"),
-        (lambda: Target(twist=np.zeros(6), stamp=1.0).at(T), r"write target\.twist and target\.stamp"),
-        (lambda: Targets(T[None]).at(-1), "there is no target -1; the trajectory has targets 0 to 0"),
+        (lambda: ftqp.Target(), "a target needs exactly one of pose and position"),
+        (lambda: ftqp.Target(pose=np.eye(3)), r"pose has shape \(3, 3\), expected \(4, 4\)"),
+        (lambda: ftqp.Target(pose=2.0 * np.eye(4)), "pose has a rotation part that is not a rotation"),
+        (lambda: ftqp.Target(pose=T, acceleration="none"), "acceleration is not an array of numbers: 'none'"),
+        (lambda: ftqp.Target(pose=T, stamp=1), "needs a stamp"),
+        (lambda: ftqp.Target(twist=np.zeros(6), stamp=1.0).at(T), r"write target\.twist and target\.stamp"),
+        (lambda: ftqp.Targets(T[None]).at(-1), "there is no target -1; the trajectory has targets 0 to 0"),
     ],
 )
 def test_wrong_target_is_refused_with_one_sentence(call, sentence):
-    with pytest.raises(InputError, match=sentence):
+    with pytest.raises(ftqp.InputError, match=sentence):
         call()
 
 
@@ -274,7 +271,7 @@ def test_wrong_target_is_refused_with_one_sentence(call, sentence):
 def test_what_is_no_number_of_a_target_is_one_sentence_and_writes_nothing(write, sentence):
     target = moving()
     before = target.packed.copy()
-    with pytest.raises(InputError, match=sentence):
+    with pytest.raises(ftqp.InputError, match=sentence):
         write(target)
     assert np.array_equal(target.packed, before)
 
@@ -292,24 +289,24 @@ def test_what_is_no_number_of_a_target_is_one_sentence_and_writes_nothing(write,
 )
 def test_a_target_that_is_moved_is_what_a_new_one_would_be(as_given):
     there = transform(np.eye(3), np.array([0.25, -0.5, 2.0]))
-    target = Target(pose=np.eye(4), twist=np.ones(6), acceleration=np.ones(6))
+    target = ftqp.Target(pose=np.eye(4), twist=np.ones(6), acceleration=np.ones(6))
     assert target.at(as_given(there), as_given(TWIST), as_given(MORE)) is target
-    assert np.array_equal(target.packed, Target(pose=there, twist=TWIST, acceleration=MORE).packed)
-    assert np.array_equal(target.at(T).packed, Target(pose=T).packed), "what is not given is zero"
-    moved = Target(position=[1.0, 2.0, 3.0]).at(np.array([4.0, 5.0, 6.0]), [0.1, 0.2, 0.3])
-    assert np.array_equal(moved.packed, Target(position=[4.0, 5.0, 6.0], twist=[0.1, 0.2, 0.3]).packed)
+    assert np.array_equal(target.packed, ftqp.Target(pose=there, twist=TWIST, acceleration=MORE).packed)
+    assert np.array_equal(target.at(T).packed, ftqp.Target(pose=T).packed), "what is not given is zero"
+    moved = ftqp.Target(position=[1.0, 2.0, 3.0]).at(np.array([4.0, 5.0, 6.0]), [0.1, 0.2, 0.3])
+    assert np.array_equal(moved.packed, ftqp.Target(position=[4.0, 5.0, 6.0], twist=[0.1, 0.2, 0.3]).packed)
 
 
 @pytest.mark.parametrize("again", [copy, deepcopy, lambda target: pickle.loads(pickle.dumps(target))])
 def test_copy_of_a_target_has_a_buffer_of_its_own(again):
-    first = Target(pose=T)
+    first = ftqp.Target(pose=T)
     second = again(first)
     first.position[0] = 9.0
     assert second.position[0] == second.packed[3] == 0.1 and second.row == 0
 
 
 def test_assigning_a_pose_writes_into_the_buffer():
-    target = Target(pose=np.eye(4))
+    target = ftqp.Target(pose=np.eye(4))
     target.pose = T
     np.testing.assert_array_equal(target.packed[:16], T.ravel())
     with pytest.raises(AttributeError, match="not 'packed'"):
@@ -317,18 +314,18 @@ def test_assigning_a_pose_writes_into_the_buffer():
 
 
 def test_twist_alone_needs_a_stamp_and_a_stamp_a_twist_alone():
-    target = Target(twist=np.arange(6), stamp=3)
+    target = ftqp.Target(twist=np.arange(6), stamp=3)
     np.testing.assert_array_equal(target.twist, np.arange(6))
     assert target.packed[TARGET_HAS_ROTATION] == -1.0 and target.stamp == 3.0
     for wrong in ("now", None, [1.0, 2.0]):
-        with pytest.raises(InputError):
+        with pytest.raises(ftqp.InputError):
             target.stamp = wrong
     with pytest.raises(AttributeError):
-        Target(pose=T).stamp = 1.0
+        ftqp.Target(pose=T).stamp = 1.0
 
 
 def test_twist_alone_need_not_be_finite_and_is_kept_with_its_stamp():
-    target = Target(twist=np.full(6, np.nan), stamp=1)
+    target = ftqp.Target(twist=np.full(6, np.nan), stamp=1)
     target.twist, target.stamp = np.arange(6), 2
     for kept in (pickle.loads(pickle.dumps(target)), copy(target), deepcopy(target)):
         assert kept.stamp == 2.0

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.arm_at import arm_at
 from tests.control.planner.test_soft_tasks import LIGHT
+from tests.going import closed_loop, targets_along
 from tests.kernel.session_ticks import Ticks, hessian
 
 import ftqp
@@ -39,12 +40,12 @@ def circle(home, k, radius=0.05, period=2.0):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES.values(), ids=list(SCHEMES))
-def test_arm_follows_a_circle_with_every_limit_kept_through_a_locked_joint(panda, home, follow, scheme):
+def test_arm_follows_a_circle_with_every_limit_kept_through_a_locked_joint(panda, home, scheme):
     planner = planner_of(panda, scheme)
     events = {200: lambda p: p.report(ftqp.Locked(2))}
     v, locked_at = np.zeros(7), None
     limits = panda.limits
-    for k, step in enumerate(follow(planner, lambda k: circle(home, k), 600, events=events)):
+    for k, step in enumerate(closed_loop(planner, lambda k: circle(home, k), 600, events=events)):
         assert np.all(np.abs(step.v) <= limits.v_max + 1e-9)
         assert np.all(np.abs(step.v - v) <= limits.a_max * DT * (1.0 + 1e-9))
         assert step.position_error < 0.01
@@ -97,12 +98,12 @@ def test_torque_rows_hold_when_the_closed_form_breaks_them(panda, home):
     assert any("torque" in limit for limit in step.limits_active)
 
 
-def test_free_swinging_joint_moves_by_its_torque_row_and_the_task_is_kept(panda, home, follow):
+def test_free_swinging_joint_moves_by_its_torque_row_and_the_task_is_kept(panda, home):
     planner = planner_of(panda, "pseudoinverse")
     planner.reset(panda.neutral)
     planner.report(ftqp.FreeSwinging(2, damping=2.0))
     q, v = panda.neutral, np.zeros(7)
-    for step in follow(planner, ftqp.Target(pose=home), 50):
+    for step in closed_loop(planner, ftqp.Target(pose=home), 50):
         assert step.status is ftqp.StepStatus.OK
         assert np.abs(step.slack).max() < 1e-9
         arm = arm_at(panda, q, v)
@@ -126,12 +127,12 @@ def test_a_degraded_joint_is_damped_by_what_is_left_of_its_limit(panda, home):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES.values(), ids=list(SCHEMES))
-def test_all_joints_locked_stands_still_and_says_so(panda, home, follow, scheme):
+def test_all_joints_locked_stands_still_and_says_so(panda, home, scheme):
     planner = planner_of(panda, scheme)
     for joint in range(7):
         planner.report(ftqp.Locked(joint))
     home[0, 3] += 0.02
-    for step in follow(planner, ftqp.Target(pose=home), 3):
+    for step in closed_loop(planner, ftqp.Target(pose=home), 3):
         assert step.status is ftqp.StepStatus.RELAXED
         assert not step.v.any() and np.array_equal(step.q, panda.neutral)
         assert step.sigma_min == 0.0 and step.condition == np.inf
@@ -196,15 +197,13 @@ LIMITS = [ftqp.TorqueLimits()]
 def ends(**settings):
     """Torques of every tick of an arm that is to swing faster than its second joint can."""
     planner = ftqp.Planner(WEAK, emergency=None, **settings)
-    q, T, torques = WEAK.neutral.copy(), WEAK.pose(WEAK.neutral), []
-    planner.reset(q)
-    for k in range(300):
-        pose = T.copy()
+
+    def there(k):
+        pose = WEAK.pose(WEAK.neutral)
         pose[0, 3] += 0.1 * np.sin(0.03 * k)
-        step = planner.step(q, None, ftqp.Target(pose=pose))
-        q = step.q.copy()
-        torques.append(step.tau.copy())
-    return np.array(torques)
+        return ftqp.Target(pose=pose)
+
+    return np.array([step.tau.copy() for step in closed_loop(planner, there, 300)])
 
 
 def test_the_entry_and_the_keyword_are_the_same_to_the_last_bit(level):
@@ -340,12 +339,8 @@ def test_manipulability_draws_the_arm_away_from_a_singularity(level):
     found = {}
     for name, scheme in (("mvn", None), ("mvn_manipulability", schemes.mvn_manipulability(0.5))):
         planner = ftqp.Planner(robot, 5e-3, level=level, scheme=scheme, task=ftqp.Task(rows="position"))
-        planner.reset(q0)
-        q, v, target = q0.copy(), np.zeros(7), ftqp.Target(pose=robot.pose(q0))
-        for _ in range(600):
-            step = planner.step(q, v, target)
-            at, q, v = q, step.q.copy(), step.v.copy()
-        J = arm_at(robot, at).J[:3]
+        *_, step = closed_loop(planner, ftqp.Target(pose=robot.pose(q0)), 600, q0)
+        J = arm_at(robot, step.q).J[:3]
         found[name] = 0.5 * np.linalg.slogdet(J @ J.T)[1]
         assert step.position_error < 1e-3
     assert found["mvn_manipulability"] > found["mvn"] + 0.02
@@ -364,16 +359,11 @@ def swing(level, damping=None, scaled=False, seconds=9.0, calm=False):
     planner = ftqp.Planner(IIWA, DT, level=level, task=task, emergency=None)
     planner.report(ftqp.Locked(1, mode="instant"))
     path = ftqp.paths.Line(IIWA.pose(START), (0.0, 0.25, 0.1), duration=4.0)
-    targets = path.sample(np.arange(round(seconds / DT)) * DT)
-    packed = ftqp.Targets(targets.pose, targets.twist, targets.acceleration)
-    follower = ftqp.PathFollower(planner, path) if scaled else None
-    (planner if follower is None else follower).reset(START)
-    q, v, saturated = START.copy(), np.zeros(7), 0
-    for k in range(len(packed)):
-        step = planner.step(q, v, packed.at(k)) if follower is None else follower.step(q, v)
+    follower, ticks, saturated = ftqp.PathFollower(planner, path) if scaled else None, round(seconds / DT), 0
+    target = None if scaled else targets_along(path, ticks, DT).at
+    for step in closed_loop(follower or planner, target, ticks, START):
         saturated += (np.abs(step.a) / IIWA.limits.a_max).max() > 0.99
-        q, v = step.q.copy(), step.v.copy()
-    return saturated / len(packed), np.abs(v).max(), step, follower
+    return saturated / ticks, np.abs(step.v).max(), step, follower
 
 
 def test_greedy_motion_swings_and_damping_calms_it(level):

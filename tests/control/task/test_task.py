@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.going import closed_loop
 
 import ftqp
 from ftqp.control.task import bounds, schemes
@@ -137,11 +138,8 @@ def test_the_example_of_contributing_is_whole_and_does_what_it_says():
         reach(frame="panda_joint4", radius=0.0)
     task = reach(frame="panda_joint4", radius=0.2, level=2)
     planner = ftqp.Planner(panda, tasks=[ftqp.Task("position"), task])
-    q, target = panda.neutral, ftqp.Target(pose=panda.pose(panda.neutral))
-    planner.reset(q)
-    before = task.error(panda, q)
-    for _ in range(1000):
-        step = planner.step(q, None, target)
-        q = step.q.copy()
+    planner.reset(panda.neutral)
+    before = task.error(panda, panda.neutral)
+    *_, step = closed_loop(planner, ftqp.Target(pose=panda.pose(panda.neutral)), 1000)
     decay = (1.0 + 2.0) * np.exp(-2.0)  # of kp = 4 and kv = 4 in 1 s, from rest
     assert step.tasks["ReachTask"].error[0] == pytest.approx(decay * before, rel=0.05)

@@ -1,11 +1,12 @@
 """Kinematics and dynamics of trees against pinocchio, joints of every kind, tips anywhere."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from random_chains import KINDS
+from random_chains import random_model
 from records import empty_record
 
 from ftqp.kernel.arm.dynamics import dynamics, gravity_torque, torques_of
@@ -15,25 +16,7 @@ from ftqp.kernel.layout.record import load_chain
 from ftqp.model.chain import chain_of
 from ftqp.model.followers import Follower
 
-
-def random_tree(rng: np.random.Generator, joints: int) -> Any:
-    """A pinocchio model of ``joints`` joints with rotors, and a frame ``tip`` on one of them.
-
-    One joint in three hangs on any joint before it or on the base, the others on the last.
-    """
-    model = pin.Model()
-    kinds = rng.permutation(np.resize(rng.permutation(list(KINDS)), joints))
-    for i, kind in enumerate(kinds):
-        parent = int(rng.integers(0, i + 1)) if rng.random() < 0.35 else i
-        placement = pin.SE3(pin.exp3(rng.uniform(-2.0, 2.0, 3)), rng.uniform(-0.4, 0.4, 3))
-        made = model.addJoint(parent, KINDS[kind](rng), placement, f"j{i}_{kind}")
-        body = pin.Inertia.FromEllipsoid(rng.uniform(0.5, 5.0), *rng.uniform(0.05, 0.3, 3))
-        model.appendBodyToJoint(made, body, pin.SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-0.2, 0.2, 3)))
-    end = pin.SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-0.3, 0.3, 3))
-    model.addFrame(pin.Frame("tip", int(rng.integers(1, joints + 1)), 0, end, pin.FrameType.OP_FRAME))
-    model.armature = rng.uniform(0.0, 1.0, joints)
-    model.gravity.linear = rng.uniform(-10.0, 10.0, 3)
-    return model
+random_tree = partial(random_model, branching=0.35)
 
 
 def configuration(rng: np.random.Generator, model: Any) -> tuple[Any, Any, Any]:

@@ -6,7 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 from time import monotonic, sleep
-from typing import Any
 
 import pytest
 
@@ -17,13 +16,13 @@ pytest.importorskip("numba")
 SOURCE = Path(ftqp.__file__).parents[1]
 
 
-def edited(tiny: Any, old: str, new: str) -> None:
+def edited(tiny, old, new):
     text = tiny.text.read_text()
     assert old in text
     tiny.text.write_text(text.replace(old, new))
 
 
-def test_edit_compiles_what_depends_on_it_and_a_comment_nothing(tiny: Any) -> None:
+def test_edit_compiles_what_depends_on_it_and_a_comment_nothing(tiny):
     wanted = (tiny.summed, tiny.entry("fails", "i"))
     assert tiny.build(*wanted) == 3, "two entry points and a part"
     edited(tiny, "# of growing size", "# that grows")
@@ -38,7 +37,7 @@ def test_edit_compiles_what_depends_on_it_and_a_comment_nothing(tiny: Any) -> No
 
 
 @pytest.mark.slow
-def test_two_builds_at_once_leave_a_whole_library(tiny: Any) -> None:
+def test_two_builds_at_once_leave_a_whole_library(tiny):
     both = [tiny.building(tiny.summed) for _ in range(2)]
     said = [process.communicate() for process in both]
     assert [process.returncode for process in both] == [0, 0], said
@@ -47,7 +46,7 @@ def test_two_builds_at_once_leave_a_whole_library(tiny: Any) -> None:
 
 
 @pytest.mark.slow
-def test_interrupted_build_leaves_the_library_as_it_was(tiny: Any) -> None:
+def test_interrupted_build_leaves_the_library_as_it_was(tiny):
     tiny.build(tiny.summed)
     before = {path.name: path.read_bytes() for path in tiny.built.iterdir()}
     edited(tiny, "x / 3.0", "x / 4.0")
@@ -63,7 +62,7 @@ def test_interrupted_build_leaves_the_library_as_it_was(tiny: Any) -> None:
     assert not list(tiny.built.glob(".*"))
 
 
-def test_code_that_allocates_is_refused(tiny: Any) -> None:
+def test_code_that_allocates_is_refused(tiny):
     process = tiny.building(tiny.entry("allocates", "i"))
     _, said = process.communicate()
     assert process.returncode == 1 and "entry points allocate nothing" in said
@@ -83,9 +82,7 @@ def test_code_that_allocates_is_refused(tiny: Any) -> None:
          "neither ziglang nor cc is here"),
     ],
 )  # fmt: skip
-def test_machine_that_cannot_build_gets_plain_python_and_the_reason(
-    tmp_path: Path, hidden: str, reason: str
-) -> None:
+def test_machine_that_cannot_build_gets_plain_python_and_the_reason(tmp_path, hidden, reason):
     code = (
         f"import sys; {hidden}\n"
         "from ftqp.kernel.building.__main__ import main\n"
@@ -106,7 +103,7 @@ def test_machine_that_cannot_build_gets_plain_python_and_the_reason(
     assert reason in text and "Traceback" not in done.stderr
 
 
-def test_folder_that_cannot_be_written_costs_one_sentence(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_written_costs_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     done = subprocess.run(
         [sys.executable, "-m", "ftqp.kernel.building", "--part", "first",

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -20,7 +19,7 @@ PARTS = {"x86_64-linux": 0x3E, "aarch64-linux": 0xB7}
 """Machines as the head of an ELF file has them."""
 
 
-def hook() -> Any:
+def hook():
     """The module ``hatch_build.py``."""
     pytest.importorskip("hatchling", reason="building wheels needs hatchling")
     spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
@@ -30,7 +29,7 @@ def hook() -> Any:
     return module
 
 
-def macos_of(library: bytes) -> tuple[int, int]:
+def macos_of(library):
     """The processor of a Mach-O library, and the oldest version of the system that it wants."""
     magic, processor, _, _, commands = struct.unpack_from("<5I", library)
     assert magic == 0xFEEDFACF
@@ -45,7 +44,7 @@ def macos_of(library: bytes) -> tuple[int, int]:
 
 @pytest.mark.long
 @pytest.mark.parametrize("target", TARGETS)
-def test_a_library_for_another_machine_is_what_its_manifest_and_its_tag_say(tiny: Any, target: str) -> None:
+def test_a_library_for_another_machine_is_what_its_manifest_and_its_tag_say(tiny, target):
     assert tiny.build(tiny.summed, target=target) == 2
     manifest = json.loads((tiny.built / "manifest.json").read_bytes())
     (one,) = manifest["libraries"]
@@ -61,9 +60,7 @@ def test_a_library_for_another_machine_is_what_its_manifest_and_its_tag_say(tiny
         assert tag == f"py3-none-manylinux_2_17_{manifest['machine']}"
 
 
-def test_a_library_that_only_this_machine_can_link_is_for_this_machine(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_library_that_only_this_machine_can_link_is_for_this_machine(monkeypatch):
     module = hook()
     assert module.target_here() in TARGETS
     monkeypatch.setattr(module.platform, "system", lambda: "Linux")
@@ -73,14 +70,14 @@ def test_a_library_that_only_this_machine_can_link_is_for_this_machine(
     assert module.tag_of({"system": "Linux", "machine": "x86_64"}, "") == "py3-none-linux_x86_64"
 
 
-def test_an_unknown_target_is_refused_with_those_that_there_are() -> None:
+def test_an_unknown_target_is_refused_with_those_that_there_are():
     command = [sys.executable, "-m", "ftqp.kernel.building", "--target", "riscv64-linux"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and all(name in done.stderr for name in TARGETS)
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel(tmp_path_factory):
     """The wheel of this machine, as ``make wheel`` makes it, for its own class of processors."""
     pytest.importorskip("hatchling", reason="building wheels needs hatchling")
     folder = tmp_path_factory.mktemp("wheel")
@@ -92,8 +89,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def test_make_builds_two_classes_of_processors_or_the_usual_one_of_a_target() -> None:
-    def asked(*given: str) -> str:
+def test_make_builds_two_classes_of_processors_or_the_usual_one_of_a_target():
+    def asked(*given):
         command = ["make", "-n", "wheel", *given]
         return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
 
@@ -102,7 +99,7 @@ def test_make_builds_two_classes_of_processors_or_the_usual_one_of_a_target() ->
 
 
 @pytest.mark.slow
-def test_a_wheel_is_tagged_as_auditwheel_finds_it(wheel: Path) -> None:
+def test_a_wheel_is_tagged_as_auditwheel_finds_it(wheel):
     pytest.importorskip("auditwheel", reason='needs the extra "dev": pip install -e ".[dev]"')
     command = [sys.executable, "-m", "auditwheel", "show", str(wheel)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -112,7 +109,7 @@ def test_a_wheel_is_tagged_as_auditwheel_finds_it(wheel: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_wheel_has_its_description_and_tables_and_is_small(wheel: Path) -> None:
+def test_a_wheel_has_its_description_and_tables_and_is_small(wheel):
     with zipfile.ZipFile(wheel) as held:
         (name,) = (one for one in held.namelist() if one.endswith(".dist-info/METADATA"))
         assert "Project-URL: Source, https://github.com/someone/ftqp\n" in held.read(name).decode()

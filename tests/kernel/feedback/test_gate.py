@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.going import closed_loop
 
 import ftqp
 from ftqp.kernel.layout.enums import FREE
@@ -217,13 +218,9 @@ def test_no_fault_that_is_told_shuts_the_gate(fault, level):
 @pytest.mark.parametrize("bounds", ["jin", "one_step", "viability"])
 def test_bounds_as_published_pass_the_gate(bounds):
     planner = ftqp.Planner(PANDA, 1e-3, bounds=bounds)
-    planner.reset(PANDA.neutral)
     target = ftqp.Target(pose=PANDA.pose(PANDA.neutral))
     target.position[0] += 0.4
-    q, v = PANDA.neutral.copy(), np.zeros(7)
-    for _ in range(500):
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
+    *_, _ = closed_loop(planner, target, 500)
     assert planner.session().K.gate.shut == 0
 
 

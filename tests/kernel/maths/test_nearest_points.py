@@ -50,26 +50,32 @@ def nearest_on(kind, p, u):
     return t, to_body(kind, EXTENTS[kind], p + t * u)[0]
 
 
-@pytest.mark.parametrize("kind", [BOX, CYLINDER])
-def test_a_capsule_beside_a_body_is_as_far_as_coal_says(kind):
-    rng, shapes = np.random.default_rng(3), {BOX: coal.Box(0.6, 0.2, 0.4), CYLINDER: coal.Cylinder(0.12, 0.5)}
-    request, compared = coal.DistanceRequest(), 0
+def as_coal_says(body, radius, distance):
+    """Whether the distance of segments (p, u) from a body is that of coal, less the radius of a capsule."""
+    rng, request, compared = np.random.default_rng(3), coal.DistanceRequest(), 0
     request.gjk_tolerance = 1e-12
     for _ in range(300):
         p, u = rng.normal(size=3) * 0.5, rng.normal(size=3) * 0.4
         length = float(np.linalg.norm(u))
         z = u / length
-        x = np.cross(z, [1.0, 0.0, 0.0] if abs(z[0]) < 0.9 else [0.0, 1.0, 0.0])
+        x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
         x /= np.linalg.norm(x)
         R, result = np.column_stack([x, np.cross(z, x), z]), coal.DistanceResult()
         far = coal.distance(
-            coal.Capsule(0.05, length), coal.Transform3s(R, p + 0.5 * u),
-            shapes[kind], coal.Transform3s(np.eye(3), np.zeros(3)), request, result,
+            coal.Capsule(radius, length), coal.Transform3s(R, p + 0.5 * u),
+            body, coal.Transform3s(np.eye(3), np.zeros(3)), request, result,
         )  # fmt: skip
         if far > 1e-3:
             compared += 1
-            assert nearest_on(kind, p, u)[1] - 0.05 == pytest.approx(far, abs=1e-9)
-    assert compared > 100
+            assert distance(p, u) - radius == pytest.approx(far, abs=1e-9)
+    return compared > 100
+
+
+@pytest.mark.parametrize(
+    ("kind", "body"), [(BOX, coal.Box(0.6, 0.2, 0.4)), (CYLINDER, coal.Cylinder(0.12, 0.5))]
+)
+def test_a_capsule_beside_a_body_is_as_far_as_coal_says(kind, body):
+    assert as_coal_says(body, 0.05, lambda p, u: nearest_on(kind, p, u)[1])
 
 
 @pytest.mark.parametrize("kind", [BOX, CYLINDER, HALF_SPACE])
@@ -120,23 +126,7 @@ def nearest(name, p, u):
 
 @pytest.mark.parametrize("name", HULLS)
 def test_a_capsule_beside_a_hull_is_as_far_as_coal_says(name):
-    rng, body, request, compared = np.random.default_rng(3), None, coal.DistanceRequest(), 0
-    request.gjk_tolerance, body = 1e-12, hull_of_corners(HULLS[name].corners)
-    for _ in range(300):
-        p, u = rng.normal(size=3) * 0.5, rng.normal(size=3) * 0.4
-        length = float(np.linalg.norm(u))
-        z = u / length
-        x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
-        x /= np.linalg.norm(x)
-        R, result = np.column_stack([x, np.cross(z, x), z]), coal.DistanceResult()
-        far = coal.distance(
-            coal.Capsule(0.01, length), coal.Transform3s(R, p + 0.5 * u),
-            body, coal.Transform3s(np.eye(3), np.zeros(3)), request, result,
-        )  # fmt: skip
-        if far > 1e-3:
-            compared += 1
-            assert nearest(name, p, u)[1] - 0.01 == pytest.approx(far, abs=1e-9)
-    assert compared > 100
+    assert as_coal_says(hull_of_corners(HULLS[name].corners), 0.01, lambda p, u: nearest(name, p, u)[1])
 
 
 @pytest.mark.parametrize("name", HULLS)

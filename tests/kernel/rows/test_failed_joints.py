@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from session_ticks import Ticks, hessian
+from tests.going import closed_loop
 
 import ftqp
 from ftqp.kernel.entry.session import ArmSession
@@ -161,37 +162,31 @@ def test_a_lock_ramp_stops_within_the_range_where_the_acceleration_limit_can(sid
     q, v = Q.copy(), np.zeros(7)
     v[4] = side * 0.98 * np.sqrt(2.0 * limits.a_max[4] * room) if room < 0.3 else side * 2.0
     q[4] = side * (limits.q_max[4] if side > 0.0 else -limits.q_min[4]) - side * room
-    planner.reset(q, v)
     planner.report(ftqp.Locked(4))
-    target = ftqp.Target(pose=robot.pose(q))
-    for _ in range(600):
-        before = v[4]
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
-        assert abs(before - v[4]) <= limits.a_max[4] * DT * (1.0 + 1e-9)
-        assert limits.q_min[4] - 1e-9 <= q[4] <= limits.q_max[4] + 1e-9
-    assert v[4] == 0.0 and step.outside == ()
+    before = v[4]
+    for step in closed_loop(planner, ftqp.Target(pose=robot.pose(q)), 600, q, v):
+        assert abs(before - step.v[4]) <= limits.a_max[4] * DT * (1.0 + 1e-9)
+        assert limits.q_min[4] - 1e-9 <= step.q[4] <= limits.q_max[4] + 1e-9
+        before = step.v[4]
+    assert before == 0.0 and step.outside == ()
 
 
 @pytest.mark.parametrize("start", [0.35, -0.4, 1e-9, 0.003])
 def test_a_ramp_ends_exactly_at_rest_and_stays_there(level, start):
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, DT, level=level, task=ftqp.Task(rows="position"))
-    q, v = Q.copy(), np.zeros(7)
+    v = np.zeros(7)
     v[2] = start
     planner.report(ftqp.Locked(2, deceleration=0.7))
-    planner.reset(q, v)
-    aim, held, off = ftqp.Target(position=robot.pose(q)[:3, 3]), None, []
-    for _ in range(int(abs(start) / (0.7 * DT)) + 5):
-        before = v[2]
-        step = planner.step(q, v, aim)
-        q, v = step.q.copy(), step.v.copy()
-        slowed = abs(before) - abs(v[2])
+    before, held, off, ticks = start, None, [], int(abs(start) / (0.7 * DT)) + 5
+    for step in closed_loop(planner, ftqp.Target(position=robot.pose(Q)[:3, 3]), ticks, Q, v):
+        slowed = abs(before) - abs(step.v[2])
         off.append(abs(slowed - min(0.7 * DT, abs(before))))
-        if v[2] == 0.0 and before == 0.0:
+        if step.v[2] == 0.0 and before == 0.0:
             assert step.a[2] == 0.0
-            assert held is None or q[2] == held  # bitwise
-            held = q[2]
+            assert held is None or step.q[2] == held  # bitwise
+            held = step.q[2]
+        before = step.v[2]
     assert held is not None
     most, *others = sorted(off, reverse=True)
     assert most < 4e-15 and max(others) < 1e-15  # once: rounding of what was sent until then

@@ -133,14 +133,12 @@ def test_gradient_is_that_of_finite_differences(rows, failed, seed):
     check(PANDA, rows, failed, PANDA.neutral + np.random.default_rng(seed).uniform(-0.5, 0.5, 7))
 
 
-@pytest.mark.parametrize("rows", ["position", "position_axis", ("x", "y")])
-def test_gradient_of_an_arm_with_other_axes(rows):
-    check(SLIDER, rows, (), np.array([0.3, -0.4, 0.7, 0.2]))
-
-
-def test_gradient_at_a_singular_posture_is_finite():
-    q = np.zeros(7)
-    check(PANDA, "pose", (), q, 1e-3)
+@pytest.mark.parametrize(("robot", "rows", "q", "tolerance"), [
+    *((SLIDER, rows, [0.3, -0.4, 0.7, 0.2], 1e-6) for rows in ("position", "position_axis", ("x", "y"))),
+    (PANDA, "pose", np.zeros(7), 1e-3),
+])  # fmt: skip
+def test_gradient_of_an_arm_with_other_axes_and_at_a_singular_posture(robot, rows, q, tolerance):
+    check(robot, rows, (), np.array(q), tolerance)
 
 
 def check(robot, rows, failed, q, tolerance=1e-6):

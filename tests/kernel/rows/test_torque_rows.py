@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started
 
 import ftqp
 from ftqp.kernel.entry.session import ArmSession
@@ -18,16 +18,17 @@ def torque(arm, q, v, a):
     return arm.K.kinematics.M[:7, :7] @ a + arm.K.kinematics.h[:7]
 
 
-def swinging(planner, ticks):
-    """Closed loop round the start, the tip drawn to and fro: step and recomputed torque of every tick."""
-    robot, q, v = planner.robot, Q.copy(), np.zeros(7)
-    planner.reset(q, v)
-    p = robot.pose(q)[:3, 3].copy()
-    aim, arm = ftqp.Target(position=p), ArmSession(robot.chain.constants())
-    for k in range(ticks):
-        aim.position[:] = p + np.array([0.0, 0.15, 0.15]) * np.sin(np.array([0.0, 5.0, 3.0]) * k * planner.dt)
-        step = planner.step(q, v, aim)
-        yield step, torque(arm, q, v, step.a)
+def swinging(planner, ticks, bare=None):
+    """Closed loop round the start, the tip drawn to and fro; every tick's step, its torque, and v before it.
+
+    The torque is recomputed, by the arm without its friction where that is given.
+    """
+    p, arm = planner.robot.pose(Q)[:3, 3], ArmSession((bare or planner.robot).chain.constants())
+    ways, rates = np.array([0.0, 0.15, 0.15]), np.array([0.0, 5.0, 3.0])
+    aim = lambda k: ftqp.Target(position=p + ways * np.sin(rates * k * planner.dt))  # noqa: E731
+    q, v = Q, np.zeros(7)
+    for step in closed_loop(planner, aim, ticks, Q):
+        yield step, torque(arm, q, v, step.a), v
         q, v = step.q.copy(), step.v.copy()
 
 
@@ -35,7 +36,7 @@ def test_torque_limits_are_kept_and_bind(level):
     robot = ftqp.robots.load("panda").with_limits(tau_max=[4.0, 34.0, 8.0, 21.0, 3.0, 3.0, 2.0])
     planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
     binding = 0
-    for step, tau in swinging(planner, 600):
+    for step, tau, _ in swinging(planner, 600):
         assert np.abs(step.tau - tau).max() < 1e-9
         assert step.torque_excess == 0.0
         assert np.all(np.abs(tau) <= robot.limits.tau_max + 1e-6)
@@ -49,7 +50,7 @@ def test_torque_of_a_free_swinging_joint_is_exactly_its_friction(level, damping,
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
     planner.report(ftqp.FreeSwinging(joint, damping=damping))
-    for step, tau in swinging(planner, 200):
+    for step, tau, _ in swinging(planner, 200):
         assert abs(tau[joint] + damping * step.v[joint]) < 1e-8
         assert step.tau[joint] == 0.0 and step.tau_brake[joint] == 0.0
 
@@ -61,34 +62,22 @@ def test_free_swinging_joint_keeps_its_own_friction_beside_that_of_the_fault(lev
     robot = bare.with_friction(viscous=own)
     planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
     planner.report(ftqp.FreeSwinging(6, damping=0.1))
-    arm, q, v = ArmSession(bare.chain.constants()), Q.copy(), np.zeros(7)
-    planner.reset(q, v)
-    p = robot.pose(q)[:3, 3]
-    for k in range(200):
-        aim = ftqp.Target(position=p + np.array([0.0, 0.15, 0.15]) * np.sin(np.array([0.0, 0.01, 0.006]) * k))
-        step = planner.step(q, v, aim)
-        tau = torque(arm, q, v, step.a)
+    for step, tau, v in swinging(planner, 200, bare):
         assert abs(tau[6] + (0.1 + own) * step.v[6]) < 1e-8
         assert np.abs(step.tau[:6] - tau[:6] - own * v[:6]).max() < 1e-8
-        q, v = step.q.copy(), step.v.copy()
-    assert np.abs(v).max() > 0.05
+    assert np.abs(step.v).max() > 0.05
 
 
 def test_motors_that_turn_against_friction_keep_their_limits():
     robot = ftqp.robots.load("panda").with_limits(tau_max=[10.0, 40.0, 10.0, 24.0, 4.0, 4.0, 2.0])
-    rough, arm = robot.with_friction(viscous=2.0), ArmSession(robot.chain.constants())
+    rough = robot.with_friction(viscous=2.0)
     planner = ftqp.Planner(rough, 0.002, emergency=None, task=ftqp.Task(rows="position"))
-    q, v, binding = Q.copy(), np.zeros(7), 0
-    planner.reset(q, v)
-    p = robot.pose(q)[:3, 3]
-    for k in range(600):
-        aim = ftqp.Target(position=p + np.array([0.0, 0.15, 0.15]) * np.sin(np.array([0.0, 0.01, 0.006]) * k))
-        step = planner.step(q, v, aim)
-        motor = torque(arm, q, v, step.a) + 2.0 * v
+    binding = 0
+    for step, tau, v in swinging(planner, 600, robot):
+        motor = tau + 2.0 * v
         assert step.torque_excess == 0.0
         assert np.all(np.abs(motor) <= robot.limits.tau_max + 1e-6)
         binding += bool(np.any(np.abs(motor) > robot.limits.tau_max - 1e-6))
-        q, v = step.q.copy(), step.v.copy()
     assert binding > 10
 
 

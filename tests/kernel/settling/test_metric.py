@@ -16,10 +16,9 @@ from ftqp.kernel.settling.settling_qp import set_in_at_zero
 from ftqp.kernel.settling.trigger import curvature_bound, is_regular, largest_curvature
 
 
-def record_of(name):
-    robot = ftqp.robots.load(name)
-    K = Ticks(robot, 0.002, torque_limits=False).K
-    n = robot.nv
+def record_of(robot, **settings):
+    robot = ftqp.robots.load(robot) if isinstance(robot, str) else robot
+    K, n = Ticks(robot, 0.002, torque_limits=False, **settings).K, robot.nv
     K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
     return robot, K
 
@@ -32,6 +31,12 @@ def look(K, robot, q, pose):
     pose_error(K)
     task_error(K.task, K.feedback, K.kinematics, K.past)
     task_rows(K, 1.0)
+
+
+def weighed(K):
+    """The square of the weighed rows, and the curvature."""
+    square = weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling)
+    return square, curvature(K.faults, K.task, K.kinematics, K.chain, K.settling)
 
 
 def near(robot, rng, size):
@@ -57,12 +62,8 @@ def test_an_error_called_harmless_is():
         look(K, robot, q, pose)
         harmless = is_regular(K)
         regular += harmless
-        weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling)
-        if harmless:
-            assert (
-                curvature(K.faults, K.task, K.kinematics, K.chain, K.settling)
-                < np.linalg.svd(K.settling.A[:6, :7], compute_uv=False)[-1] ** 2
-            )
+        _, s = weighed(K)
+        assert not harmless or s < np.linalg.svd(K.settling.A[:6, :7], compute_uv=False)[-1] ** 2
     assert 50 < regular < 290
 
 
@@ -94,10 +95,7 @@ def test_rows_and_metric_together_are_convex_and_the_metric_is_zero_where_no_dir
         for _ in range(20):
             q, pose = near(robot, rng, size)
             look(K, robot, q, pose)
-            square, s = (
-                weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling),
-                curvature(K.faults, K.task, K.kinematics, K.chain, K.settling),
-            )
+            square, s = weighed(K)
             count = find_metric(K, s, square)
             A, D = K.settling.A[:m, :n], K.settling.D[:n, :n]
             sigma = np.linalg.svd(A[:, K.settling.free[: abs(count)]], compute_uv=False)[-1]
@@ -119,10 +117,7 @@ def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_flo
     pose = robot.pose(q)
     pose[0, 3] += 0.2
     look(K, robot, q, pose)
-    square, s = (
-        weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling),
-        curvature(K.faults, K.task, K.kinematics, K.chain, K.settling),
-    )
+    square, s = weighed(K)
     assert find_metric(K, s, square) == 4
     A, S = K.settling.A[:2, :4], K.settling.S[:4, :4]
     mu, Z = np.linalg.eigh(A.T @ A + S)
@@ -148,8 +143,7 @@ def test_the_metric_of_a_path_sets_in_at_zero(name):
         share = 0.5 * (low + high)
         pose[:3, 3] = robot.pose(q)[:3, 3] + share * way
         look(K, robot, q, pose)
-        square = weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.settling)
-        s = curvature(K.faults, K.task, K.kinematics, K.chain, K.settling)
+        square, s = weighed(K)
         count = find_metric(K, s, square)
         if count >= m:
             K.settling.count = count
@@ -165,14 +159,11 @@ SPEED = 0.05
 
 def seen(name, q, way, speed=SPEED):
     """The path's room after a look from q along a twist, and the record."""
-    robot = ftqp.robots.load(name)
-    n = robot.nv
-    K = Ticks(robot, 0.002, torque_limits=False).K
-    K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
+    robot, K = record_of(name)
     K.settling.on = 1
     path = Memory("path").fields
     path.speed = speed
-    K.state.q[:n] = q
+    K.state.q[: robot.nv] = q
     K.task.target[:] = ftqp.Target(pose=robot.pose(q), twist=[*way, 0.0, 0.0, 0.0]).packed
     forward_kinematics(K, K.state)
     pose_error(K)
@@ -204,15 +195,6 @@ def test_there_is_a_way_back_from_the_end_of_the_reach_and_none_beyond(case):
 
 
 STEP = 1e-4
-
-
-def record_at(robot, task, q, target):
-    K = Ticks(robot, 0.002, level="velocity", task=task, torque_limits=False).K
-    n = robot.nv
-    K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
-    K.task.target[:] = target.packed
-    K.state.q[:n] = q
-    return K
 
 
 def energy(K, q):
@@ -271,7 +253,8 @@ def test_the_curvature_is_the_hessian_of_half_the_squared_error(name, task, angl
     axis *= angle / np.linalg.norm(axis)
     pose[:3, :3] = rotation(axis) @ robot.pose(q)[:3, :3]
     pose[:3, 3] += rng.uniform(-0.3, 0.3, 3)
-    K = record_at(robot, task, q, ftqp.Target(pose=pose))
+    _, K = record_of(robot, level="velocity", task=task)
+    K.task.target[:] = ftqp.Target(pose=pose).packed
     expected = hessian(K, q)
     energy(K, q)
     n, m = robot.nv, int(K.task.m)

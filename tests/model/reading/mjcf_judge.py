@@ -1,18 +1,15 @@
 """A robot from an MJCF file beside MuJoCo itself, at random postures."""
 
 from itertools import pairwise
-from typing import Any
 
 import mujoco
 import numpy as np
-
-from ftqp.model.robot import Robot
 
 TOLERANCE = 1e-9
 """Of metres, of rotations, and of torques and inertias over their size."""
 
 
-def differences(model: Any, robot: Robot, postures: int = 100, seed: int = 0) -> dict[str, float]:
+def differences(model, robot, postures=100, seed=0):
     """What of a robot's pose, gravity torque, mass matrix and ranges is not MuJoCo's, and by how much.
 
     Joints on the way to no tip stand where the file has them.
@@ -26,7 +23,7 @@ def differences(model: Any, robot: Robot, postures: int = 100, seed: int = 0) ->
     low, high = np.maximum(robot.limits.q_min, -2.0), np.minimum(robot.limits.q_max, 2.0)
     worst = {"position": 0.0, "rotation": 0.0, "gravity torque": 0.0, "mass matrix": 0.0, "range": 0.0}
 
-    def see(what: str, got: Any, want: Any) -> None:
+    def see(what, got, want):
         size = max(1.0, float(np.abs(want).max()))
         worst[what] = max(worst[what], float(np.abs(np.asarray(got) - want).max()) / size)
 
@@ -54,7 +51,7 @@ def differences(model: Any, robot: Robot, postures: int = 100, seed: int = 0) ->
     return {what: size for what, size in worst.items() if not size <= TOLERANCE}
 
 
-def _joint(model: Any, name: str) -> Any:
+def _joint(model, name):
     """A joint; one without a name is called after its body, with its number where that has several."""
     if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name) >= 0:
         return model.joint(name)
@@ -62,7 +59,7 @@ def _joint(model: Any, name: str) -> Any:
     return model.joint(int(model.body(body).jntadr[0]) + int(number or 1) - 1)
 
 
-def _mass_matrix(model: Any, data: Any) -> Any:
+def _mass_matrix(model, data):
     M, unit = np.empty((model.nv, model.nv)), np.eye(model.nv)
     for i in range(model.nv):
         mujoco.mj_mulM(model, data, M[i], unit[i])

@@ -27,23 +27,15 @@ ARM = """<mujoco model="arm"><compiler angle="{angle}"/><worldbody>
 {things}</worldbody>{more}</mujoco>"""
 
 
-def arm(
-    *,
-    angle: str = "degree",
-    axis: str = "0 0 1",
-    turn: str = "-90 90",
-    armature: str = "0",
-    more: str = "",
-    things: str = "",
-) -> str:
+def arm(*, angle="degree", axis="0 0 1", turn="-90 90", armature="0", more="", things=""):
     return ARM.format(angle=angle, axis=axis, turn=turn, armature=armature, more=more, things=things)
 
 
-def sentences(text: str, tip: str = "tcp") -> str:
+def sentences(text, tip="tcp"):
     return " ".join(map(str, Robot.from_mjcf(text, tip=tip, limits={"v_max": 1.0}).findings))
 
 
-def files_at_hand() -> list[Path]:
+def files_at_hand():
     folders = [
         Path(folder)
         for name in PACKAGES
@@ -54,7 +46,7 @@ def files_at_hand() -> list[Path]:
     return [file for file in files if "<mujoco" in file.read_text(encoding="utf-8", errors="replace")]
 
 
-def ends_of(model) -> list[str]:
+def ends_of(model):
     """The deepest named body behind the joints of each tree."""
     joints, parents, best = [0] * model.nbody, set(map(int, model.body_parentid[1:])), dict[int, int]()
     for b in range(1, model.nbody):
@@ -71,7 +63,7 @@ def ends_of(model) -> list[str]:
 @pytest.mark.parametrize(
     "seed", [*range(20), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(20, 60))]
 )
-def test_random_file_is_read_as_mujoco_reads_it(seed: int) -> None:
+def test_random_file_is_read_as_mujoco_reads_it(seed):
     text = random_mjcf(np.random.default_rng(seed))
     robot = Robot.from_mjcf(text, tip=TIP, limits={"v_max": 1.0})
     model = mujoco.MjModel.from_xml_string(text)
@@ -90,7 +82,7 @@ def test_random_file_is_read_as_mujoco_reads_it(seed: int) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("file", files_at_hand(), ids=lambda file: file.name)
-def test_file_at_hand_is_read_as_mujoco_reads_it(file: Path) -> None:
+def test_file_at_hand_is_read_as_mujoco_reads_it(file):
     try:
         model = mujoco.MjModel.from_xml_path(str(file))
     except ValueError:
@@ -102,7 +94,7 @@ def test_file_at_hand_is_read_as_mujoco_reads_it(file: Path) -> None:
         assert differences(model, robot) == {}, tip
 
 
-def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
+def test_site_is_the_tip_and_limits_are_in_radians_and_metres():
     robot = Robot.from_mjcf(arm(), limits={"v_max": 1.0})
     assert robot.name == "arm"
     assert robot.tip == "tcp"
@@ -137,12 +129,12 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
         ),
     ],
 )
-def test_unsafe_files_are_refused(text: str, message: str) -> None:
+def test_unsafe_files_are_refused(text, message):
     with pytest.raises((InputError, ModelError), match=message):
         Robot.from_mjcf(text)
 
 
-def test_a_ball_joint_that_is_locked_is_held() -> None:
+def test_a_ball_joint_that_is_locked_is_held():
     text = arm().replace('<site name="tcp"', '<joint name="c" type="ball" pos="0 .1 0"/><site name="tcp"')
     with pytest.raises(ModelError, match=r"joint 'c' is of type Spherical; .* hold it with locked="):
         Robot.from_mjcf(text, tip="tcp")
@@ -150,7 +142,7 @@ def test_a_ball_joint_that_is_locked_is_held() -> None:
     assert differences(mujoco.MjModel.from_xml_string(text), robot) == {}
 
 
-def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_mujoco_the_extra_is_named(monkeypatch):
     for name in list(sys.modules):
         if name.startswith("ftqp.model.reading.") and ("mjcf" in name or "mujoco" in name):
             monkeypatch.delitem(sys.modules, name)
@@ -160,7 +152,7 @@ def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
         Robot.from_mjcf(arm())
 
 
-def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() -> None:
+def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class():
     text = arm().replace(
         "<worldbody>", '<default><joint damping="2" frictionloss="0.4"/></default><worldbody>'
     )
@@ -172,14 +164,14 @@ def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() ->
 CUP = '<body name="cup" pos="1 0 0"><freejoint/><geom size=".05" mass=".2"/></body>'
 
 
-def test_keyframe_of_a_scene_is_a_posture_of_the_arm_and_its_objects_are_no_tips() -> None:
+def test_keyframe_of_a_scene_is_a_posture_of_the_arm_and_its_objects_are_no_tips():
     text = arm(things=CUP, more='<keyframe><key name="home" qpos=".1 .2 0 0 0 1 0 0 0"/></keyframe>')
     robot = Robot.from_mjcf(text, limits={"v_max": 1.0})
     assert robot.joints == ("a", "b")
     assert robot.neutral.tolist() == [0.1, 0.2]
 
 
-def test_free_base_is_held_at_its_place() -> None:
+def test_free_base_is_held_at_its_place():
     text = arm().replace('<body name="one" pos="0 0 0.3">', '<body pos="1 0 0"><freejoint name="float"/>'
                          '<geom size=".1"/><body name="one" pos="0 0 0.3">')  # fmt: skip
     text = text.replace("</body></body>", "</body></body></body>")
@@ -190,13 +182,13 @@ def test_free_base_is_held_at_its_place() -> None:
     assert Robot.from_mjcf(text, tip="tcp", locked=["float"], limits={"v_max": 1.0}).joints == ("a", "b")
 
 
-def test_frame_with_a_name_can_be_the_tip() -> None:
+def test_frame_with_a_name_can_be_the_tip():
     text = arm().replace('<site name="tcp" pos="0.1 0 0"/>', '<frame name="grip" pos="0 0 0.2"/>')
     robot = Robot.from_mjcf(text, tip="grip", limits={"v_max": 1.0})
     assert robot.pose([0.0, 0.0])[:3, 3] == pytest.approx([0.0, 0.0, 0.8])
 
 
-def test_joints_without_names_are_called_after_their_bodies() -> None:
+def test_joints_without_names_are_called_after_their_bodies():
     text = arm().replace('name="a" ', "").replace('name="b" type="slide"', '/><joint type="slide"')
     assert Robot.from_mjcf(text, limits={"v_max": 1.0}).joints == ("one_joint", "two_joint", "two_joint 2")
 
@@ -241,12 +233,12 @@ BESIDE = {
 
 
 @pytest.mark.parametrize("said", BESIDE)
-def test_what_moves_the_arm_beside_its_motors_is_a_finding(said: str) -> None:
+def test_what_moves_the_arm_beside_its_motors_is_a_finding(said):
     assert said not in sentences(arm())
     assert said in sentences(arm().replace(*BESIDE[said]))
 
 
-def test_mesh_of_a_body_with_an_inertial_need_not_be_there() -> None:
+def test_mesh_of_a_body_with_an_inertial_need_not_be_there():
     mesh = '<asset><mesh name="m" file="nowhere.stl"/><texture name="t" type="2d" file="no.png"/></asset>'
     text = arm(more=mesh).replace("<site", '<geom type="mesh" mesh="m"/><site')
     assert Robot.from_mjcf(text, limits={"v_max": 1.0}).joints == ("a", "b")
@@ -285,7 +277,7 @@ CLASSES = """<default><default class="big"><general biastype="affine" forcerange
         ('<motor joint="a" ctrlrange="-3 3" ctrllimited="false"/>', "", [np.inf, np.inf]),
     ],
 )
-def test_the_most_that_actuators_give(actuators: str, settings: str, expected: list[float]) -> None:
+def test_the_most_that_actuators_give(actuators, settings, expected):
     on = ' limited="true"' if "autolimits" in settings else ""
     text = MOTORS.format(actuators=actuators, settings=settings, more="").replace('"-1 1"', f'"-1 1"{on}')
     assert Robot.from_mjcf(text, limits={"v_max": 1.0}).limits.tau_max.tolist() == expected

@@ -175,38 +175,12 @@ def test_wrong_tables_are_named(keywords: dict[str, object], message: str) -> No
         Robot.from_dh(**{"table": TABLE, "limits": LIMITS, **keywords})  # type: ignore[arg-type]
 
 
-NAMES = ("q_min", "q_max", "v_max", "a_max", "tau_max", "j_max")
 ALL = [*catalog.names(), "planar(3)"]
 
 
 def postures(robot: Robot, count: int = 5) -> np.ndarray:
     low = np.maximum(robot.limits.q_min, -2.0)
     return np.random.default_rng(3).uniform(low, np.minimum(robot.limits.q_max, 2.0), (count, robot.nv))
-
-
-def same_everywhere(robot: Robot, again: Robot) -> None:
-    """Poses, M, h and limits to 1e-12 of their size."""
-    for name in NAMES:
-        np.testing.assert_array_equal(getattr(again.limits, name), getattr(robot.limits, name), name)
-    assert again.joints == robot.joints
-    assert (again.viscous == robot.viscous).all() and (again.coulomb == robot.coulomb).all()
-    for q in postures(robot):
-        np.testing.assert_allclose(again.pose(q), robot.pose(q), rtol=0.0, atol=1e-12)
-        if robot.has_inertia:
-            M, h = robot.mass_matrix(q), robot.bias(q, 0.3 * q)
-            np.testing.assert_allclose(again.mass_matrix(q), M, rtol=0.0, atol=1e-12 * np.abs(M).max())
-            np.testing.assert_allclose(
-                again.bias(q, 0.3 * q), h, rtol=0.0, atol=1e-12 * max(1.0, np.abs(h).max())
-            )
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_robot_of_the_catalog_comes_back(name: str) -> None:
-    robot = catalog.load(name)
-    given = {"gravity": robot.chain.gravity, "neutral": robot.neutral}
-    again = Robot.from_urdf(robot.to_urdf(), tips=robot.tips, **given)
-    same_everywhere(robot, again)
-    assert (again.name, again.tips) == (robot.name, robot.tips)
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -6,13 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planted import buffers, fill, infeasible, planted
-from solvers import ADAPTED, NATIVE, QUADPROG, tolerance
+from tests.qp.planted import buffers, fill, infeasible, planted
+from tests.qp.solvers import ADAPTED, NATIVE, QUADPROG, tolerance
 
-from ftqp.qp import Claim, QPBuffers, backend
+from ftqp.qp import Claim, backend
 from ftqp.qp.solving import accepted, residuals
 
 EVERY = NATIVE + ADAPTED
+
+
+def solved(name, qp):
+    """A backend that has solved a first problem."""
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=True) is Claim.SOLVED
+    return solver
 
 
 def judged(problem, qp):
@@ -43,9 +51,7 @@ def test_ill_conditioned_hessian_is_solved_to_its_residuals(name):
     for _ in range(20):
         case = planted(rng, 7, 3, 7, kind="mtn")
         qp = buffers(case.problem)
-        solver = backend(name)
-        solver.setup(qp)
-        assert solver.solve(cold=True) is Claim.SOLVED
+        solved(name, qp)
         assert judged(case.problem, qp)
         error = qp.x - case.x
         assert error @ case.problem.H @ error <= 1e-12
@@ -63,40 +69,8 @@ def test_ill_conditioned_hessian_is_solved_to_its_residuals(name):
 def test_exact_backends_agree_on_any_size(name, seed, n, m, p, kind):
     case = planted(np.random.default_rng(seed), n, min(m, n), p, kind=kind, fixed=max(0, (n - m) // 4))
     qp = buffers(case.problem)
-    solver = backend(name)
-    solver.setup(qp)
-    assert solver.solve(cold=True) is Claim.SOLVED
+    solved(name, qp)
     np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", EVERY)
-def test_multipliers_are_positive_at_upper_and_negative_at_lower_bounds(name):
-    # min 1/2 |x|^2 - 3 x0 + 3 x1, x in [-1, 1]^3, x0 + x1 + x2 = 0.25: x = (1, -1, 0.25), y = -0.25
-    qp = QPBuffers.zeros(3, 1, 0)
-    qp.g[:] = [-3.0, 3.0, 0.0]
-    qp.A[:], qp.b[:] = 1.0, 0.25
-    qp.lb[:], qp.ub[:] = -1.0, 1.0
-    solver = backend(name)
-    solver.setup(qp)
-    assert solver.solve(cold=True) is Claim.SOLVED
-    np.testing.assert_allclose(qp.x, [1.0, -1.0, 0.25], atol=tolerance(name))
-    np.testing.assert_allclose(qp.y, [-0.25], atol=1e-6)
-    np.testing.assert_allclose(qp.z_box, [2.25, -1.75, 0.0], atol=1e-6)
-
-
-@pytest.mark.parametrize("name", EVERY)
-def test_equality_and_row_multipliers_have_the_signs_of_the_lagrangian(name):
-    # min 1/2 |x|^2, x0 = 2, x1 >= 3, x2 <= -4: stationarity gives y = -2, z = (-3, 4)
-    qp = QPBuffers.zeros(3, 1, 2)
-    qp.A[0, 0], qp.b[0] = 1.0, 2.0
-    qp.C[0, 1], qp.l[0] = 1.0, 3.0
-    qp.C[1, 2], qp.u[1] = 1.0, -4.0
-    solver = backend(name)
-    solver.setup(qp)
-    assert solver.solve(cold=True) is Claim.SOLVED
-    np.testing.assert_allclose(qp.x, [2.0, 3.0, -4.0], atol=tolerance(name))
-    np.testing.assert_allclose(qp.y, [-2.0], atol=1e-6)
-    np.testing.assert_allclose(qp.z, [-3.0, 4.0], atol=1e-6)
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -104,9 +78,7 @@ def test_a_bound_turns_into_an_equality_and_back_without_a_new_setup(name):
     rng = np.random.default_rng(11)
     healthy = planted(rng, 7, 3, 4, kind="dense", unbounded=0.5)
     qp = buffers(healthy.problem)
-    solver = backend(name)
-    solver.setup(qp)
-    assert solver.solve(cold=True) is Claim.SOLVED
+    solver = solved(name, qp)
     for joint in (0, 3, 6):
         for value in (0.0, 0.1, -0.05):
             qp.lb[joint] = qp.ub[joint] = healthy.x[joint] + value
@@ -157,9 +129,7 @@ def test_an_infeasible_qp_is_refused_soon_and_the_next_one_is_solved(name):
     for k in range(5):
         case = planted(rng, 7, 3, 4)
         qp = buffers(case.problem)
-        solver = backend(name)
-        solver.setup(qp)
-        assert solver.solve(cold=True) is Claim.SOLVED
+        solver = solved(name, qp)
         fill(qp, infeasible(rng, 7, 3, 4))
         for cold in (False, True, False):
             began = process_time()  # a machine that is busy elsewhere is no fault of the solver
@@ -179,9 +149,7 @@ def test_an_infeasible_qp_is_refused_soon_and_the_next_one_is_solved(name):
 def test_data_that_are_no_numbers_are_failed_and_leave_no_trace(name, bad, part):
     case = planted(np.random.default_rng(4), 7, 3, 4)
     qp = buffers(case.problem)
-    solver = backend(name)
-    solver.setup(qp)
-    assert solver.solve(cold=True) is Claim.SOLVED
+    solver = solved(name, qp)
     getattr(qp, part).reshape(-1)[1] = bad
     for cold in (False, True):
         assert solver.solve(cold=cold) in (Claim.FAILED, Claim.INFEASIBLE)

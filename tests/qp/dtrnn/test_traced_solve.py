@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from planted import infeasible, planted
+from tests.qp.planted import infeasible, planted
 
 from ftqp import InputError
 from ftqp.qp import QP, Claim, SolveStatus, accepted

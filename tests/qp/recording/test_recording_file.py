@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.going import closed_loop, targets_along
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -162,21 +163,11 @@ def test_recorded_problems_are_those_that_were_handed_over():
 def test_planner_moves_the_same_with_a_recorder(level, mode):
     robot = ftqp.robots.load("panda")
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.05, duration=0.8)
-    ends = []
+    ends, lock = [], {75: lambda planner: planner.report(ftqp.Locked(2))}
     for backend in ("active_set", Recorder("active_set")):
         planner = ftqp.Planner(robot, 2e-3, level=level, task=ftqp.Task(mode=mode), backend=backend)
-        planner.reset(robot.neutral)
-        q, v = robot.neutral.copy(), np.zeros(robot.nv)
-        for k in range(150):
-            if k == 75:
-                planner.report(ftqp.Locked(2))
-            sample = path.sample(np.array([k * 2e-3]))
-            target = ftqp.Target(
-                pose=sample.pose[0], twist=sample.twist[0], acceleration=sample.acceleration[0]
-            )
-            step = planner.step(q, v, target)
-            q, v = step.q.copy(), step.v.copy()
-        ends.append(q)
+        *_, step = closed_loop(planner, targets_along(path, 150, 2e-3).at, 150, events=lock)
+        ends.append(step.q.copy())
     np.testing.assert_allclose(ends[0], ends[1], rtol=0.0, atol=1e-9)
 
 

@@ -5,17 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import ftqp
-from ftqp import InertialTask, MovingBase, Observer
-from ftqp.control.paths import Hold
-from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
-from ftqp.faults.kinds import Locked
 from ftqp.sim.base.disturbances import RandomMotion, Recorded, Sinusoid, Step
 from ftqp.sim.base.moving_world import BaseMotion, FreeBase, MovingWorld, Platform, PoseSensor
-from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
-from ftqp.sim.loop import Simulation
-from ftqp.sim.schedule import FaultEvent, Schedule
 
 
 def test_platform_is_track_rotation_and_tilt_in_that_order():
@@ -89,7 +82,7 @@ def test_recording_is_linear_between_samples_and_held_outside():
     ],
 )
 def test_wrong_disturbance_is_one_clear_sentence(make, sentence):
-    with pytest.raises(InputError, match=sentence):
+    with pytest.raises(ftqp.InputError, match=sentence):
         make()
 
 
@@ -107,7 +100,7 @@ def test_mean_twist_carries_every_pose_into_the_next(base, name):
 
 def test_unknown_coordinate_names_the_valid_ones():
     with pytest.raises(
-        InputError, match=r"'rol' is not a coordinate of the base.*; it has track, rotation, tilt"
+        ftqp.InputError, match=r"'rol' is not a coordinate of the base.*; it has track, rotation, tilt"
     ):
         BaseMotion(Platform(), [Step("rol", 0.1)], 0.1, 2)
 
@@ -136,17 +129,17 @@ SWAY = (
 
 def simulate(robot, base, log=None, schedule=None, disturbances=SWAY, **options):
     planner = ftqp.Planner(robot, DT, level="velocity")
-    world = MovingWorld(InertialTask(planner, base), FreeBase(), disturbances, **options)
-    path = Hold(world.start() @ robot.pose(robot.neutral), duration=3.0)
-    run = Simulation(planner, path, q=robot.neutral, world=world, log=log, schedule=schedule)
+    world = MovingWorld(ftqp.InertialTask(planner, base), FreeBase(), disturbances, **options)
+    path = ftqp.paths.Hold(world.start() @ robot.pose(robot.neutral), duration=3.0)
+    run = ftqp.Simulation(planner, path, q=robot.neutral, world=world, log=log, schedule=schedule)
     return run.run(), world
 
 
 SENSING = {
-    "unknown": MovingBase(),
-    "observed": MovingBase(observer=Observer()),
-    "known": MovingBase(sensing="known"),
-    "late": MovingBase(sensing="late", delay=0.05),
+    "unknown": ftqp.MovingBase(),
+    "observed": ftqp.MovingBase(observer=ftqp.Observer()),
+    "known": ftqp.MovingBase(sensing="known"),
+    "late": ftqp.MovingBase(sensing="late", delay=0.05),
 }
 
 
@@ -155,15 +148,15 @@ SENSING = {
 )
 def test_tip_stays_in_space_however_the_base_is_measured(panda, tmp_path, name, worst):
     result, _ = simulate(panda, SENSING[name], tmp_path / "log.npy")
-    found = summary(load_log(tmp_path / "log.npy"))["inertial"]
+    found = summary(ftqp.load_log(tmp_path / "log.npy"))["inertial"]
     assert result.completed and 0.0 < found["max_position_error"] < worst
     assert found["status_counts"]["TRACKING"] > 290
 
 
 def test_log_tells_true_pose_disturbance_error_and_status(panda, tmp_path):
-    schedule = Schedule([FaultEvent(1.0, Locked("panda_joint3"))])
+    schedule = ftqp.Schedule([ftqp.FaultEvent(1.0, ftqp.Locked("panda_joint3"))])
     simulate(panda, SENSING["observed"], tmp_path / "log.npy", schedule)
-    log = load_log(tmp_path / "log.npy")
+    log = ftqp.load_log(tmp_path / "log.npy")
     t = log["t"]
     np.testing.assert_allclose(log["disturbance.x"], 0.05 * (1.0 - np.cos(2 * np.pi * 0.3 * t)), atol=1e-12)
     np.testing.assert_allclose(log["base"][:, :3], log["disturbance"][:, :3], atol=1e-15)

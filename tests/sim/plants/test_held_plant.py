@@ -83,7 +83,6 @@ def test_scenario_with_a_hold_keeps_every_law(drive):
     assert broken_laws(SCENARIO.format(drive=drive, plant="servo"), "in physics") == {}
 
 
-@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
 def test_scenario_with_a_hold_keeps_every_law_in_physics(drive):
     pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
     assert broken_laws(SCENARIO.format(drive=drive, plant="mujoco"), "in physics") == {}

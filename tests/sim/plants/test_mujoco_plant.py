@@ -86,13 +86,6 @@ def test_velocity_servo_reaches_its_velocity_within_its_bandwidth(panda):
     assert plant.v[6] == pytest.approx(0.3 * (1.0 - np.exp(-94.0 * 11 * DT)), rel=0.03)
 
 
-def test_motors_give_no_more_than_their_limits(panda):
-    plant = torque_arm(panda)
-    plant.reset(START, np.zeros(7))
-    plant.advance(command(START, tau=np.full(7, 1e4)))
-    np.testing.assert_array_equal(plant.tau, panda.limits.tau_max)
-
-
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "xarm7"])
 @pytest.mark.parametrize("mode", ["ramp", "instant"])
 def test_no_brake_creeps_under_the_largest_load_of_its_joint(name, mode):

@@ -3,18 +3,15 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.going import targets_along
 from tests.telescope import telescope
 
 import ftqp
 from ftqp.model import catalog
-from ftqp.model.payload import Payload
-from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Arm
-from ftqp.sim.plants.true_arm import TrueArm
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
-from ftqp.sim.plants.mujoco_plant import MujocoPlant
 from ftqp.sim.plants.physics import Physics
 
 
@@ -23,7 +20,7 @@ from ftqp.sim.plants.physics import Physics
 def test_arm_agrees_with_pinocchio(name, rotor):
     model = catalog.load(name).model.copy()
     model.armature = np.full(model.nv, rotor)
-    robot = Robot.from_pinocchio(model)
+    robot = ftqp.Robot.from_pinocchio(model)
     rng = np.random.default_rng(3)
     arm = Arm(robot)
     for _ in range(5):
@@ -64,8 +61,8 @@ def test_inertia_bias_and_tip_are_those_of_pinocchio(name):
 @pytest.mark.parametrize("name", WITH_INERTIA)
 def test_load_counts_as_in_pinocchio(name):
     robot = catalog.load(name)
-    load = Payload(1.5, (0.02, -0.03, 0.1))
-    physics = Physics(TrueArm(payload=load).chain(robot), 1e-3)
+    load = ftqp.Payload(1.5, (0.02, -0.03, 0.1))
+    physics = Physics(ftqp.TrueArm(payload=load).chain(robot), 1e-3)
     assert differences(physics, robot.with_payload(load).model, robot).max() < 1e-10
 
 
@@ -78,7 +75,7 @@ def inertia_and_bias(chain, robot):
 
 def test_scaled_masses_scale_inertia_and_bias_but_not_the_rotors(panda):
     M, h = inertia_and_bias(panda.chain, panda)
-    M_true, h_true = inertia_and_bias(TrueArm(mass_scale=1.2).chain(panda), panda)
+    M_true, h_true = inertia_and_bias(ftqp.TrueArm(mass_scale=1.2).chain(panda), panda)
     rotors = np.diag(panda.chain.armature)
     np.testing.assert_allclose(M_true - rotors, 1.2 * (M - rotors), rtol=0, atol=1e-12)
     np.testing.assert_allclose(h_true, 1.2 * h, rtol=0, atol=1e-11)
@@ -89,24 +86,24 @@ def test_scaled_masses_scale_inertia_and_bias_but_not_the_rotors(panda):
 )
 def test_rotors_add_to_the_inertia_of_their_own_joint_and_to_nothing_else(panda, rotors, added):
     M, h = inertia_and_bias(panda.chain, panda)
-    M_true, h_true = inertia_and_bias(TrueArm(rotors=rotors).chain(panda), panda)
+    M_true, h_true = inertia_and_bias(ftqp.TrueArm(rotors=rotors).chain(panda), panda)
     np.testing.assert_allclose(M_true - M, np.diag(added), rtol=0, atol=1e-12)
     np.testing.assert_allclose(h_true, h, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(TrueArm(rotors=rotors).geared(panda).chain.armature, added)
+    np.testing.assert_allclose(ftqp.TrueArm(rotors=rotors).geared(panda).chain.armature, added)
 
 
 def test_rotors_are_not_scaled_with_the_masses_and_add_to_those_of_the_model():
     xarm = catalog.load("xarm7")
-    chain = TrueArm(rotors=0.1, mass_scale=1.5).chain(xarm)
+    chain = ftqp.TrueArm(rotors=0.1, mass_scale=1.5).chain(xarm)
     np.testing.assert_allclose(chain.armature, xarm.chain.armature + 0.1, atol=1e-15)
 
 
 def test_load_of_an_arm_with_scaled_masses_keeps_its_own_mass(panda):
-    load = Payload(2.0, (0.0, 0.0, 0.1), np.diag([0.01, 0.01, 0.02]))
+    load = ftqp.Payload(2.0, (0.0, 0.0, 0.1), np.diag([0.01, 0.01, 0.02]))
     adds = (
         inertia_and_bias(panda.with_payload(load).chain, panda)[0] - inertia_and_bias(panda.chain, panda)[0]
     )
-    heavy = TrueArm(mass_scale=1.2), TrueArm(mass_scale=1.2, payload=load)
+    heavy = ftqp.TrueArm(mass_scale=1.2), ftqp.TrueArm(mass_scale=1.2, payload=load)
     bare, carrying = (inertia_and_bias(true.chain(panda), panda)[0] for true in heavy)
     np.testing.assert_allclose(carrying - bare, adds, rtol=0, atol=1e-12)
 
@@ -171,12 +168,11 @@ START = np.array([0.3, 0.2, 0.12, 0.5, -0.05, 0.2, 0.9, 0.3])
 def test_an_arm_with_mimic_joints_follows_its_path_in_physics_also_when_one_locks(joint):
     robot = ftqp.Robot.from_urdf(telescope(), "tool")
     planner = ftqp.Planner(robot, task=ftqp.Task("position"), drive=ftqp.Drive(bandwidth=94.0))
-    plant = MujocoPlant(robot, 1e-3)
+    plant = ftqp.MujocoPlant(robot, 1e-3)
     planner.reset(START)
     plant.reset(START, np.zeros(8))
     path = ftqp.paths.Circle(robot.pose(START), radius=0.03, duration=3.0)
-    sampled = path.sample(0.001 * np.arange(1600))
-    targets = ftqp.Targets(sampled.pose, sampled.twist, sampled.acceleration)
+    targets = targets_along(path, 1600, 0.001)
     worst = tied = 0.0
     for k in range(1600):
         if k == 700 and joint is not None:

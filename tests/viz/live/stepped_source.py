@@ -1,6 +1,5 @@
 """A source for tests of pages: a session that makes a fixed number of ticks for every frame."""
 
-from collections.abc import Sequence
 from threading import Lock
 
 from ftqp.app.view.live_source import arms_of, stage_of
@@ -11,9 +10,7 @@ from ftqp.sim.session.session_arms import Choice
 class SteppedSource:
     """A session; every frame is ``seconds`` of simulated time after the last one."""
 
-    def __init__(
-        self, scenario: str = "panda-circle", seconds: float = 0.02, overrides: Sequence[str] = ()
-    ) -> None:
+    def __init__(self, scenario="panda-circle", seconds=0.02, overrides=()):
         self.session = Session(arms_of, Choice(scenario=scenario, overrides=tuple(overrides)))
         self.seconds, self.orders = seconds, []
         self._lock = Lock()

@@ -2,7 +2,6 @@
 
 import re
 import socket
-from time import monotonic, sleep
 from urllib.request import urlopen
 
 import msgspec
@@ -11,6 +10,7 @@ import pytest
 from tests.viz.live.stepped_source import SteppedSource
 from tests.viz.live.still_source import StillSource
 from tests.viz.live.tape import messages_of, turns_of
+from tests.waiting import until
 from websockets.sync.client import connect
 
 import ftqp
@@ -72,13 +72,6 @@ def test_only_this_machine_is_served_in_silence_and_no_browser_can_ask_for_a_pub
 
 def sent(client, message):
     client.send(msgspec.msgpack.encode(message))
-
-
-def until(what):
-    end = monotonic() + 20.0
-    while not what():
-        assert monotonic() < end
-        sleep(0.01)
 
 
 def test_what_is_clicked_becomes_a_command():

@@ -2,6 +2,7 @@
 
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
 from ftqp.viz.pages.page import heading, page, paragraph, picture, table
@@ -67,3 +68,32 @@ def test_nothing_is_fetched_from_elsewhere(read):
     assert reader.addresses[0].startswith("data:image/png;base64,")
     assert "http" not in text
     assert "url(" not in text
+
+
+@pytest.fixture
+def svg(tmp_path):
+    """A figure as it is saved and as it stands in a page."""
+    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
+    from ftqp.viz.figures.canvas import curve, paper, save, tidy
+    from ftqp.viz.report.run_report import cleaned
+
+    figure = paper(4.0, 3.0, "error 0.00085 <mm>")
+    axes = figure.add_subplot()
+    t = np.linspace(0.0, 1.0, 50_000)
+    y = np.zeros(len(t))
+    y[31_415] = 1.0
+    curve(axes, t, y)
+    tidy(axes, "time [s]", "")
+    saved = save(figure, tmp_path / "a.svg").read_text(encoding="utf-8")
+    return saved, cleaned(saved)
+
+
+def test_texts_of_a_figure_are_text_with_all_their_digits(svg):
+    assert "error 0.00085 &lt;mm&gt;" in svg[1]
+
+
+def test_no_outside_address_of_a_figure_is_left(svg):
+    saved, text = svg
+    assert "http" in saved and "http" not in text
+    assert "xlink" not in text
+    assert text.startswith("<svg") and text.rstrip().endswith("</svg>")

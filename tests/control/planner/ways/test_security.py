@@ -8,6 +8,7 @@ from time import sleep
 
 import numpy as np
 import pytest
+from tests.going import closed_loop, targets_along
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -28,16 +29,13 @@ def followed(planner, line=None, seconds=1.0, faults=()):
     for fault in faults:
         planner.report(fault)
     planner.foresee(line)
-    times = np.minimum(DT * np.arange(round(seconds / DT)), 0.0 if line is None else line.duration)
-    sample = path().sample(times)
-    targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
-    q, v, rows, told = PANDA.neutral.copy(), np.zeros(7), [], []
-    for k in range(len(targets)):
-        rows.append((q, v))
-        step = planner.step(q, v, targets.at(k))
-        q, v = step.q.copy(), step.v.copy()
+    targets = targets_along(path(), 1 if line is None else 600, DT)
+    rows, told = [(PANDA.neutral.copy(), np.zeros(7))], []
+    at = lambda k: targets.at(min(k, len(targets) - 1))  # noqa: E731
+    for step in closed_loop(planner, at, round(seconds / DT), reset=False):
+        rows.append((step.q.copy(), step.v.copy()))
         told.append(planner.security)
-    return rows, told
+    return rows[:-1], told
 
 
 def planner_with(**given):
@@ -90,12 +88,7 @@ def test_a_follower_says_itself_what_it_follows():
     planner = ftqp.Planner(
         PANDA, DT, task=ftqp.Task(mode="scaled"), n_minus_one=ftqp.NMinusOne(horizon=1.0, waits=True)
     )
-    leader = ftqp.PathFollower(planner, path())
-    leader.reset(PANDA.neutral)
-    q, v = PANDA.neutral.copy(), np.zeros(7)
-    for _ in range(200):
-        step = leader.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
+    *_, _ = closed_loop(ftqp.PathFollower(planner, path()), None, 200)
     assert planner.security.survived < 1.0
 
 

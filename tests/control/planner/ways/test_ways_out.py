@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.going import go, started
+from tests.going import closed_loop, go, started
 
 import ftqp
 from ftqp.core.errors import InputError
@@ -17,12 +17,9 @@ DT = 4e-3
 
 def on_the_way(ticks, fault=None, at=None, joints=AWAY, **given):
     """A planner whose arm has come from home, healthy until ``at``, and where it is."""
-    planner = started(PANDA, DT, remember=20.0, **given, at=HOME)
-    goto, q, v = ftqp.GoTo(planner, q=HOME + joints), HOME, np.zeros(7)
-    for k in range(ticks):
-        if k == at:
-            planner.report(fault)
-        step = goto.step(q, v)
+    planner, q, v = started(PANDA, DT, remember=20.0, **given), HOME, np.zeros(7)
+    fails = {at: lambda planner: planner.report(fault)}
+    for step in closed_loop(ftqp.GoTo(planner, q=HOME + joints), None, ticks, events=fails, reset=False):
         q, v = step.q.copy(), step.v.copy()
     return planner, q, v
 
@@ -55,12 +52,9 @@ def test_way_back_passes_where_the_arm_has_come_by():
     back = planner.ways_out()[0]
     assert back.kind == "back" and np.abs(back.places[-1] - HOME).max() < 1e-6
     steps = go(ftqp.GoTo(planner, way=back), q, v, longest=30.0)
-    fresh, came = on_the_way(0)[0], []
-    goto, q = ftqp.GoTo(fresh, q=HOME + AWAY), HOME
-    for _ in range(400):
-        q = goto.step(q, None).q.copy()
-        came.append(q)
-    off = max(np.abs(np.array(came) - step.q).max(axis=1).min() for step in steps[::10])
+    there = ftqp.GoTo(on_the_way(0)[0], q=HOME + AWAY)
+    came = np.array([step.q.copy() for step in closed_loop(there, None, 400, reset=False)])
+    off = max(np.abs(came - step.q).max(axis=1).min() for step in steps[::10])
     assert off < 0.035
 
 
@@ -210,12 +204,9 @@ def test_bad_input_gets_a_sentence():
 
 
 def test_a_way_of_eight_times_what_is_remembered_leads_back():
-    planner = started(PANDA, DT, remember=1.0, at=HOME)
-    q, v, target = HOME, np.zeros(7), ftqp.Target(pose=PANDA.pose(HOME))
-    for k in range(2000):
-        target.pose[1, 3] = 0.2 * np.sin(2e-3 * k)
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
+    planner, target = ftqp.Planner(PANDA, DT, remember=1.0), ftqp.Target(pose=PANDA.pose(HOME))
+    for k, _ in enumerate(closed_loop(planner, target, 2000)):
+        target.pose[1, 3] = 0.2 * np.sin(2e-3 * (k + 1))
     assert planner.ways_out()[0].kind == "back"
 
 

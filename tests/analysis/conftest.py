@@ -1,6 +1,0 @@
-"""Modules that several tests of studies share live beside them."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))

@@ -1,6 +1,0 @@
-"""The generator of planted problems is shared by the tests of this folder."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
