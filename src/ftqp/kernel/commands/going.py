@@ -135,7 +135,7 @@ def _brake_joint(W: Any, i: int, share: float) -> float:
 
 @rare_jit
 def _brake(K: Any, W: Any, n: int, together: bool) -> None:
-    """Every joint comes to rest soonest; or all at once, near their way, with one that has failed and brakes."""
+    """All joints come to rest soonest; or at once, near their way, with one that has failed and brakes."""
     W.duration = 0.0
     for i in range(n):
         W.way[i] = 0.0

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from ftqp.core.errors import InputError
 from ftqp.core.setting import refuse_out_of_range, setting
 
 
