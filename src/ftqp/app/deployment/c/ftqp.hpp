@@ -104,9 +104,9 @@ public:
     std::vector<double> posture(const std::array<double, 16> &pose, int looks = 10000) const {
         const Memory memory = taken(ftqp_search_size());
         ftqp_search *search = reinterpret_cast<ftqp_search *>(memory.get());
-        check(ftqp_seek(get(), search, pose.data()));
         std::vector<double> q(static_cast<std::size_t>(joints()));
-        const int found = ftqp_find(search, looks, q.data());
+        const int begun = ftqp_seek(get(), search, pose.data());
+        const int found = begun ? begun : ftqp_find(search, looks, q.data());
         if (found == 0 || found == FTQP_NO_POSTURE) return {};
         checked(found);
         return q;
