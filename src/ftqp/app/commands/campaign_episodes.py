@@ -69,7 +69,7 @@ def _sentences(facts: dict[str, Any]) -> list[str]:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    return f"{float(f'{100.0 * share:.2g}'):g} %"  # 100, not 1e+02
 
 
 def _laws(facts: dict[str, Any]) -> Table:
