@@ -133,7 +133,7 @@ def _picture(setup: Setup, goal: FloatArray, found: Outcome, learned: LearnedRun
         "the law that learns": (learned.t, learned.errors),
     }
     cross = goal[:3, 3] + CROSS * setup.robot.length * np.stack([-np.eye(3), np.eye(3)], axis=1)
-    title = f"{setup.name}: the law as it is, beside a lock that nobody notices (cross: the goal)"
+    title = f"{setup.name}: the law as it is, with a lock that nobody notices (cross: the goal)"
     panels = {"distance from the goal [m]": errors}
     return str(
         draw_loop(folder / PICTURE, title, panels, arm=(setup.robot, found.path), edges=cross),
