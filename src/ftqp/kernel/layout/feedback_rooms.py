@@ -165,6 +165,7 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     unit  f8[N]  one over a fifth of the torque limits
     weight inertia own  f8[N]  g, M a, and M_ii of the model, in these units
     slow  f8[N,SERVO]  what is older in what the parameters multiply
+    sense hold  f8[N]  to which side friction acts, from -1 to 1; what it holds the joint back by [rad or m]
     theta stated  f8[N,SERVO]  what is known of the servo now, and what was stated of it
     doubt  f8[N,SERVO]  standard deviations of what was stated
     P  f8[N,SERVO,SERVO]

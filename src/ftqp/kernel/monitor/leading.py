@@ -18,7 +18,7 @@ from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, STOPPED, TORQUE_DR
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
-from ftqp.kernel.monitor.servos import block_time, may_stick, noise_of, variance
+from ftqp.kernel.monitor.servos import DROOP, block_time, may_stick, noise_of, variance
 from ftqp.kernel.rows.joint_intervals import narrow
 
 BLENDS = 4.0
@@ -107,7 +107,8 @@ def blend(K: Any) -> None:
     share = min(1.0, 1.0 / (BLENDS * M.every))
     for i in range(K.chain.n):
         for r in range(SERVO):
-            M.used[i, r] += share * (M.theta[i, r] - M.used[i, r])
+            held = M.hold[i] if r == DROOP else 0.0
+            M.used[i, r] += share * (M.theta[i, r] + held - M.used[i, r])
 
 
 @jit

@@ -59,6 +59,8 @@ IDEAL = (1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5)
 SLOW, STILL = 0.02, 3.0
 """Slower than this [rad/s or m/s] where speeds are taken, or where positions are than gears play and so many
 standard deviations of the speed that is seen, a joint may be held by dry friction to either side."""
+MORE = 0.3
+"""At rest friction may hold by so much of f more or less than it brakes in motion: Stribeck's effect, loads."""
 EITHER = 4.0 / 3.0
 """What friction holds is between -f and f: so many f^2 are the variance of twice that, if all are alike."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
@@ -171,6 +173,7 @@ def begin_filters(K: Any) -> None:
         for k in range(4):
             M.means[k, i] = y
         M.v[i] = M.a[i] = M.peak_v[i] = M.peak_a[i] = 0.0
+        M.sense[i] = M.hold[i] = 0.0
         M.follows[0, i] = M.follows[1, i] = M.differs[0, i] = M.differs[1, i] = 0.0
         M.G[i] = M.G_lock[i] = M.G_free[i] = M.z_old[i] = M.z_sharp_old[i] = 0.0
         if M.ideal:
@@ -316,10 +319,25 @@ def direction(v: float, slow: float) -> float:
 
 
 @jit
-def _creeps(M: Any) -> bool:
-    """Whether a joint is so slow that dry friction may hold it to either side."""
-    share = M.phi[FRICTION]
-    return bool(abs(share) < direction(STILL, 1.0) if M.fades == 0.0 else share == 0.0)
+def _sense(M: Any, i: int, v: float, slow: float) -> float:
+    """To which side friction acts on joint i: -1 or 1 where it moves, and 0 where it may stand."""
+    asked = min(max(v, -M.peak_v[i]), M.peak_v[i])
+    share = min(max(abs(asked) / slow - 1.0, 0.0), 1.0)
+    return float(share if asked > 0.0 else -share)
+
+
+@jit
+def _friction_at_rest(M: Any, i: int, r: float) -> float:
+    """What is left over of r once friction has taken its part; ``phi`` is then of the end that r is beyond.
+
+    Coulomb's law: what moves is braked by f, and what stands is held by whatever it takes, up to f to either
+    side. So between these ends nothing is left over, and beyond one of them it is that end that was wrong.
+    """
+    free, f = 1.0 - abs(M.sense[i]), max(M.theta[i, FRICTION], 0.0)
+    held = min(max(r, -free * f), free * f)
+    M.hold[i] = M.sense[i] * f + held
+    M.phi[FRICTION] = M.sense[i] + (free if r > 0.0 else -free)
+    return float(r - held)
 
 
 @jit
@@ -329,6 +347,13 @@ def _forget_older(slow: Any, phi: Any, share: float) -> None:
         if k != DROOP:
             slow[k] += share * (phi[k] - slow[k])
             phi[k] -= slow[k]
+
+
+@jit
+def _friction_squared(M: Any, i: int) -> float:
+    """The mean of the square of joint i's friction, of which one below zero holds nothing."""
+    f = max(M.theta[i, FRICTION], 0.0)
+    return float(f * f + M.P[i, FRICTION, FRICTION])
 
 
 @jit
@@ -412,15 +437,15 @@ def residual(K: Any, i: int) -> None:
         _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
         v, a = phi[0], phi[1]
     else:
-        phi[FRICTION] = direction(min(max(v, -M.peak_v[i]), M.peak_v[i]), slow / STILL)
-        if theta[FRICTION] < 0.0 and _creeps(M):  # one below zero holds nothing
-            phi[FRICTION] = 0.0
+        M.sense[i] = phi[FRICTION] = _sense(M, i, v, slow)
     by_torque = K.feedback.kind == TORQUE_DRIVE
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
-    if M.G[i] > 0.0 and phi[FRICTION] * r > 0.0 and not _creeps(M) and may_stick(K, i):
-        r += _come_loose(M, i)
+    if M.fades == 0.0:
+        if M.G[i] > 0.0 and phi[FRICTION] * r > 0.0 and abs(M.sense[i]) == 1.0 and may_stick(K, i):
+            r += _come_loose(M, i)
+        r = _friction_at_rest(M, i, r)
     moved = _motion_beside(K, i)
     miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
     if by_torque:
@@ -428,12 +453,11 @@ def residual(K: Any, i: int) -> None:
         spread = noise_of_torque(K, i) + OTHERWISE * OTHERWISE + miss * miss
     else:
         spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
-    friction = max(theta[FRICTION], 0.0)  # one below zero holds nothing
-    friction = friction * friction + M.P[i, FRICTION, FRICTION]
     if M.fades > 0.0:
-        spread += _stuck(M, i) * friction
-    else:  # the slower it is the less is known to which side it is held
-        spread += (1.0 - phi[FRICTION] * phi[FRICTION]) * friction
+        spread += _stuck(M, i) * _friction_squared(M, i)
+    else:
+        more = MORE * (1.0 - abs(M.sense[i])) * max(theta[FRICTION], 0.0)
+        spread += more * more
     if M.settles == 0:  # what was asked for, not how a joint falls
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
@@ -480,19 +504,47 @@ def _believe_missed(K: Any, i: int) -> None:
 
 
 @jit
+def _held_by_friction(M: Any, i: int) -> float:
+    """What friction may make of the row of joint i where it explains all of it, as a variance; else 0.
+
+    Such a look tells of the droop alone. ``phi`` is of the joint as it stands then.
+    """
+    free, f = 1.0 - abs(M.sense[i]), max(M.theta[i, FRICTION], 0.0)
+    r = M.r[i] + M.hold[i] - M.sense[i] * f
+    if abs(r) > free * (f + sqrt(M.P[i, FRICTION, FRICTION])):
+        return 0.0
+    M.phi[FRICTION] = M.sense[i]
+    return float((1.0 - M.sense[i] * M.sense[i]) * _friction_squared(M, i))
+
+
+@jit
 def learn_servo(K: Any, i: int) -> None:
-    """One look of the filter of joint i, whose row is in ``phi``."""
+    """One look of the filter of joint i, whose row is in ``phi``.
+
+    However long a joint stands, what holds it is one thing: its droop is not known better by it than what
+    friction may hold.
+    """
     M, block = K.monitor, block_time(K)
     phi, theta, P, gain, v = M.phi, M.theta[i], M.P[i], M.gain, abs(M.v[i])
-    share = min(1.0, TAUGHT / max(abs(M.z_sharp[i]), 1e-9)) / M.S[i]
+    r_i, S, held = M.r[i], M.S[i], 0.0
+    if M.fades == 0.0:
+        held = _held_by_friction(M, i)
+        if held > 0.0:
+            r_i += M.hold[i] - M.sense[i] * max(theta[FRICTION], 0.0)
+            S = M.spread[i] + held + variance(P, phi, 0)
+    share = min(1.0, TAUGHT / max(abs(M.z_sharp[i]), 1e-9)) / S
+    if 0.0 < P[DROOP, DROOP] <= held:
+        share = 0.0
     for r in range(SERVO):
         gain[r] = 0.0
         for c in range(SERVO):
             gain[r] += P[r, c] * phi[c]
-    stuck = _creeps(M)  # what holds a joint is no measure of its friction
+    # what holds a joint is no measure of its friction, but that it is no less
+    stuck = phi[FRICTION] == 0.0 if M.fades > 0.0 else held > 0.0
+    stuck = stuck or (M.fades == 0.0 and abs(M.sense[i]) < 1.0 and gain[FRICTION] * r_i < 0.0)
     for r in range(SERVO):
         if not (stuck and r == FRICTION):
-            theta[r] += share * gain[r] * M.r[i]
+            theta[r] += share * gain[r] * r_i
         for c in range(SERVO):
             if not (stuck and r == FRICTION and c == FRICTION):
                 P[r, c] -= share * gain[r] * gain[c]
