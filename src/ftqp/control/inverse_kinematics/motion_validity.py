@@ -10,7 +10,6 @@ from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.kernel.layout.thresholds import STRONG
-from ftqp.model.frames import base_wrenches
 from ftqp.model.robot import Robot
 
 HELD: Final = STRONG
@@ -62,10 +61,6 @@ class MotionValidity:
             arm.dynamics(q)
             share[k] = float((np.abs(arm.K.kinematics.h[:n]) / self._limit).max())
         return share
-
-    def base_wrenches(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """The force and the torque that the base bears on a motion, (k, 2) [N, N m]; 0 without masses."""
-        return base_wrenches(self._robot, q, v, a) if self._robot.has_inertia else np.zeros((len(q), 2))
 
     def distances(self, places: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad].

@@ -552,9 +552,9 @@ class Planner:
         Raises:
             InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
         """
-        return ways_out(
-            self, Planner, None if self._parts.remembered is None else self._parts.remembered.q, home
-        )
+        self._configuration.apply()
+        parts = self._parts
+        return ways_out(self, parts.commands, self._configuration.now.reserve, parts.remembered, home)
 
     def options(self) -> tuple[Remaining, ...]:
         """What can still be done after faults, least lost first; without a plan the clear ``ways_out()``.
