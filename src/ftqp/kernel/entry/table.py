@@ -195,8 +195,8 @@ begin_going search.on_the_way c takes K:record G:given W:going J:joints S:ways s
 begin_going_to_pose search.on_the_way c takes K:record G:given W:going J:joints S:ways goal:f8[16]
 begin_way_out ticks.way_trials c
     takes K:record G:given W:going J:joints S:ways copies:i8[copied,3] copied O:way_out
-          came:f8[rows,K.chain.n] rows count home:f8[K.chain.n] kind
-    calls begin_way_out(K, G, W, J, S, copies, O, came, count, home, kind)
+          came:f8[rows,K.chain.n] rows count home:f8[K.chain.n] kind fewer
+    calls begin_way_out(K, G, W, J, S, copies, O, came, count, home, kind, fewer)
 try_way_out ticks.way_trials nogil c
     takes K:record G:given A:arm W:going J:joints S:ways copies:i8[copied,3] copied O:way_out looks
     calls try_way_out(K, G, A, W, J, S, copies, O, looks)

@@ -77,12 +77,13 @@ TEXT: Final = """
 way_out  A way out, the layout of ``ftqp_way`` in C first, see ``ftqp.kernel.ticks.way_trials``.
     kind  i8  a ``WayKind``
     clear arrives near still  i8  it arrives, may be gone everywhere; comes too near; rows that can still move
+    rows  i8  of the tip's way back, what is kept, as ``asks_rows``; else 0
     time clearance effort limit force moment  f8  see ``ftqp.control.planner.ways.way_out.WayOut``
     stage ticks  i8  how far it is, and the motion that is tried
     drawn best around  i8  postures that were drawn, the best one, and that round which the next ones are
     least  f8  what the best one costs
     weak  i8  a motor cannot hold the arm somewhere on it
-    rows has_axis  i8  of the tip's way back, what is kept: as ``asks_rows`` and ``asks_axis``
+    has_axis  i8  as ``asks_axis``
     room most  f8  the room and the effort with which it begins, beyond which less and more is too much
     places  i8
     place  f8[OUT_PLACES,N]

@@ -188,12 +188,12 @@ def _follow_tip(K: Any, given: Any, S: Any, last: int) -> None:
 @jit
 def begin_way_out(
     K: Any, given: Any, W: Any, J: Any, S: Any, copies: Any, O: Any, came: Any, count: int, home: Any,
-    kind: int,
+    kind: int, fewer: int,
 ) -> bool:  # fmt: skip
     """Begin with a way out of a kind from the last command; whether there is one, as far as is known.
 
     ``came``, (rows, n), has the way that has been come, ``count`` places in all, of which the last ones are
-    there. ``home`` is where the arm belongs. ``O.rows`` and ``O.has_axis`` are what is kept of the tip.
+    there. ``home`` is where the arm belongs; of the tip so many sets of the task's rows are given up.
     """
     state, way, n, works, all_work = K.state, S.ways, K.chain.n, False, True
     assign(W.a, state.a_command, n)
@@ -203,7 +203,7 @@ def begin_way_out(
     begin_as_given(K, given, W, J)
     W.speed, O.kind, O.stage, O.places, O.drawn, O.ticks = K.feedback.speed, kind, LOOKING, 0, 0, 0
     O.best = O.around = 0
-    O.clear = O.arrives = O.near = O.weak = O.still = 0
+    O.clear = O.arrives = O.near = O.weak = O.still = O.rows = 0
     O.clearance, O.effort, O.force, O.moment = inf, 0.0, 0.0, 0.0
     write_together(copies)
     ask_as_given(S, K, given, way.given_goal)
@@ -240,6 +240,9 @@ def begin_way_out(
             _take_corners(K, S, O, last, OFF_RECORD)
             O.stage = FOUND
         else:
+            O.rows, O.has_axis = 0, K.task.tool_of[fewer]
+            for k in range(K.task.m_of[fewer]):
+                O.rows |= 1 << K.task.rows[k]
             way.asks_rows, way.asks_axis = O.rows, O.has_axis
             _follow_tip(K, given, S, last)
             begin_asked(S, K, state.q_command, 0)

@@ -6,7 +6,6 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.control.inverse_kinematics.motion_validity import HELD
-from ftqp.control.inverse_kinematics.posture_search import task_rows
 from ftqp.control.planner.constraint_list import Constraints
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
@@ -18,7 +17,6 @@ from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.kernel.entry.planner_commands import PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import Memory, Session, copies
 from ftqp.kernel.layout.enums import OK, STOPPED_AS_ASKED
-from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.ways_room import ROOMS, WayKind
 
 HANGS: Final = 0.02
@@ -118,8 +116,8 @@ def ways_out(
     found: list[WayOut] = []
     with quiet():
         for kind in WayKind:
-            for rows in planner.task.kept_sets if kind is WayKind.TIPS else [""]:
-                way = trial.tried(kind, rows)
+            for fewer in range(int(planner.known.K.task.sets) + 1 if kind is WayKind.TIPS else 1):
+                way = trial.tried(kind, fewer)
                 found += [] if way is None else [way]
                 if way is not None and way.clear:
                     break
@@ -152,20 +150,17 @@ class Trial:
             commands.count_on(self._reserve)
         return session, commands
 
-    def tried(self, kind: WayKind, rows: str) -> WayOut | None:
-        """A way of a kind, with what there is to say of it; None where there is none."""
+    def tried(self, kind: WayKind, fewer: int) -> WayOut | None:
+        """A way of a kind, with so many sets of rows given up, and what is to be said of it; None: no way."""
         planner, robot, n = self._planner, self._planner.robot, self._planner.robot.nv
         session, commands = self._copy()
         going, joints, search, found = (Memory(name) for name in ("going", "joints", "ways", "way_out"))
         O: Any = found.fields
-        if rows:
-            names, O.has_axis = task_rows(robot, rows)
-            O.rows = sum(1 << COMPONENTS.index(name) for name in names)
         table = copies([(search.memory[room], session.memory[room]) for room in ROOMS])
         led = (going.memory, joints.memory, search.memory, table, len(table), found.memory)
         came, count = self._came
         begin = session.bind("begin_way_out", commands.memory, *led, came, len(came), count, self._home)
-        if not begin(int(kind)):
+        if not begin(int(kind), fewer):
             return None
         given = [one.given for one in planner.constraints.values()]
         own = Constraints(session, robot, given, lambda _: commands.stop(STOPPED_AS_ASKED))
@@ -176,9 +171,10 @@ class Trial:
                 break
         if not O.places:
             return None
+        kept = "position_axis" if O.has_axis else "pose" if O.rows >> 3 else "position" if O.rows else ""
         way = WayOut(
-            kind=KINDS[kind], rows=rows, places=frozen(np.array(O.place[: O.places, :n])), time=float(O.time),
-            arrives=bool(O.arrives), clear=bool(O.clear), clearance=float(O.clearance),
+            kind=KINDS[kind], rows=kept, places=frozen(np.array(O.place[: O.places, :n])),
+            time=float(O.time), arrives=bool(O.arrives), clear=bool(O.clear), clearance=float(O.clearance),
             effort=float(O.effort), limit=float(O.limit), still=STILL[int(O.still)], near=bool(O.near),
             force=float(O.force), moment=float(O.moment), brakes=self._hang, failed=tuple(planner.faults),
             sentence="",
