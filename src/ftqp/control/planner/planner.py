@@ -7,7 +7,6 @@ from threading import get_ident
 from types import FrameType
 from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
-from ftqp.control.inverse_kinematics.motion_validity import MotionValidity
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.assembly import Assembly, Deployable
 from ftqp.control.planner.configuration import Configuration, CurrentConfiguration
@@ -329,11 +328,6 @@ class Planner:
     def view(self) -> PlannerView:
         """The planner's own state and belief, to be read: for what is built around it."""
         return self._view
-
-    def passable(self) -> MotionValidity:
-        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene."""
-        view = self.view()
-        return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self)
 
     @property
     def known(self) -> Session:

@@ -104,6 +104,22 @@ def test_kept_points_and_weak_motors_make_a_way_unclear_and_it_comes_last():
     assert "does not arrive" in ways[-1].sentence or "not clear" in ways[-1].sentence
 
 
+def test_rows_of_ones_own_are_asked_in_thought_and_keep_the_arm_from_a_way():
+    asked = []
+
+    def fill(state, C, l, u):  # joint 1 may not go forwards
+        asked.append(state.q[0])
+        C[0, 0], u[0] = 1.0, 0.0
+
+    planner = started(PANDA, DT, level="velocity", constraints=[ftqp.Rows(1, fill)], at=HOME)
+    for joint, arrives in ((-0.3, True), (0.3, False)):
+        asked.clear()
+        home = by_kind(planner.ways_out(home=HOME + joint * np.eye(7)[0]))["home"]
+        assert home.arrives is home.clear is arrives
+        assert max(asked) < 1e-6 and (min(asked) < -0.29 or not arrives)
+    assert planner.stopped_because is None and np.array_equal(planner.view().command.q, HOME)
+
+
 def test_all_joints_locked_leave_standing_and_say_so():
     planner, _, _ = on_the_way(200)
     for joint in PANDA.joints:
