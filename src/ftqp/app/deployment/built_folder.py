@@ -36,7 +36,7 @@ PARTS: Final = ("detector", "path")
 """What may be asked for by name; a detector is in each."""
 NO_PATH: Final = "a path (ftqp_follow, ftqp_speed): targets are given by the program's own clock"
 NO_WAY_BACK: Final = "the way that the arm has come (ftqp_ways_out): build a planner with remember"
-NO_ESCAPE: Final = "ways out of a stall and bridges on the path: a path that cannot go on waits"
+NO_ESCAPE: Final = "motions on the spot and bridges on the path: one that cannot go on waits"
 MAKER: Final = "ftqp.kernel.building.deployed"
 UNITS: Final = 130
 """So many units a library has at least; compiling those that are known finds the others."""

@@ -5,8 +5,9 @@
        ftqp_step(p, q, v, &target, 1);      q, v: what the encoders say now
        send(ftqp_q(p));                     or ftqp_v, ftqp_tau: what your drive takes
 
-   No call but ftqp_size, ftqp_open and ftqp_ways_out, and an ftqp_go that looks for a way, takes longer than some steps; none
-   allocates, locks, calls the system, keeps a pointer of yours but that of a search, or has a loop without a bound.
+   No call but ftqp_size, ftqp_open, ftqp_ways_out and ftqp_try, and an ftqp_go that looks for a way, takes longer than some
+   steps; none allocates, locks, calls the system, keeps a pointer of yours but that of a search or of ways out, or has a
+   loop without a bound.
    One planner belongs to one thread at a time; as many planners as you like may run side by side. A planner is plain
    memory: memcpy makes a copy that goes on from the same state, without a search.
 
@@ -280,8 +281,9 @@ size_t ftqp_ways_size(const ftqp *p);
 int ftqp_ways_out(const ftqp *p, ftqp_ways *w, const double *home);
 
 /* Think on for about so many looks at postures or steps of the arm, 1 and more: 1, and one way more was tried, out; 0: not
-   yet, call it again, in the next period if you like; FTQP_NO_WAY: all were. A call that begins with a way copies the
-   planner, and takes as long as some hundred looks. Looks of any number find the same, as planner.ways_out() in Python. */
+   yet, call it again, in the next period if you like; FTQP_NO_WAY: all were. Looks of any number find the same, as
+   planner.ways_out() does in Python. A look takes as long as a step, but for
+   calls that copy the planner, where a way begins, or find the pace of its motion: those take some hundred steps. */
 int ftqp_try(ftqp_ways *w, int looks, ftqp_way *out);
 
 /* Go a way out that was tried, from the next ftqp_go on; of a kind that was tried with several sets of rows the last one.
