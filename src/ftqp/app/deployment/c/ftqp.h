@@ -275,9 +275,10 @@ size_t ftqp_ways_size(const ftqp *p);
 /* Begin to look for ways out of where the arm is commanded to be, at rest or moving, also where it is stopped: with the
    joints that work, as the planner believes them now. home: where the arm belongs, n numbers, ftqp_arm_neutral of arm.h;
    NULL leaves that way out. There is a way back where the arm was built with remember, the seconds of motion that are kept
-   (remember = 20.0 under [planner] of the scenario). While a joint swings freely there is the stop only; where it hangs at
-   rest beside a brake of its own, each way begins with that brake. The planner is copied, ftqp_size bytes, and is left
-   as it is; ask anew when a joint fails or a thing is moved. FTQP_UNSUPPORTED of an arm whose base floats. */
+   (remember = 20.0 under [planner] of a scenario; a robot without one has 20 s). While a joint swings freely there is the
+   stop only; where it hangs at rest beside a brake of its own, each way begins with that brake. The planner is copied,
+   ftqp_size bytes, and is left as it is; ask anew when a joint fails or a thing is moved. FTQP_UNSUPPORTED of an arm whose
+   base floats. */
 int ftqp_ways_out(const ftqp *p, ftqp_ways *w, const double *home);
 
 /* Think on for about so many looks at postures or steps of the arm, 1 and more: 1, and one way more was tried, out; 0: not
