@@ -88,7 +88,7 @@ way_out  A way out, the layout of ``ftqp_way`` in C first, see ``ftqp.kernel.tic
     places  i8
     place  f8[OUT_PLACES,N]
     failed  i8[N]  joints that had failed when it was tried
-    stand  f8[N]  where braking ends
+    stand seen  f8[N]  where braking ends, and where the joints are seen in thought
     mark  i8[POSES]  memory: places that stay
 ways  What a search for a way of the joints is asked, and its memory, see ``ftqp.kernel.search``.
         The rooms ``chain``, ``ahead``, ``scene`` and ``keeps`` behind it are those of a planner.

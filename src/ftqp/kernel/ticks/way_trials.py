@@ -13,6 +13,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, mimic_places, motion
 from ftqp.kernel.commands.believed import swings
 from ftqp.kernel.commands.going import GOES, effort_at, look_up, plan_going
 from ftqp.kernel.commands.stops import start, write_together
+from ftqp.kernel.feedback.late_loop import expected_sample
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import (
     FALLBACK,
@@ -68,6 +69,8 @@ TIP_BACK, TURNED_BACK = 0.01, 0.05
 it counts as being there, exactly then."""
 EVERY = 8e-3
 """What motors and the base bear on a motion is looked at so often [s]. A convention."""
+LONGEST = 60.0
+"""A motion that has not ended after so long does not arrive [s]. A convention."""
 NEAR = 0.6
 """A joint goes no farther than this to where the arm can stand for long [rad or m] ..."""
 SAMPLES, DRAWN, SHRINK = 32, 128, 0.5
@@ -199,6 +202,8 @@ def begin_way_out(
     assign(W.a, state.a_command, n)
     start(K, given, state.q_command, state.v_command)
     assign(state.a_command, W.a, n)
+    assign(K.feedback.seen, state.q_command, n)
+    assign(K.feedback.v_hat, state.v_command, n)
     K.monitor.names = 0  # nobody responds here
     begin_as_given(K, given, W, J)
     W.speed, O.kind, O.stage, O.places, O.drawn, O.ticks = K.feedback.speed, kind, LOOKING, 0, 0, 0
@@ -455,11 +460,12 @@ def try_way_out(
             begin_way(K, given, W, J, S, O)
             O.stage = TRYING
         else:
-            code = deployed_go(K, A, W, J, S, copies, K.state.q_command, K.state.v_command)
+            expected_sample(K, O.seen)
+            code = deployed_go(K, A, W, J, S, copies, O.seen, K.state.v_command)
             code = code % NEWS if code >= 0 else INVALID_INPUT
             off = code in (FALLBACK, STOPPING, STOPPED, INVALID_INPUT)
             _watch(K, A, W, O)
-            if off or W.state != GOING_MOVING:
+            if off or W.state != GOING_MOVING or O.ticks * K.state.dt > LONGEST:
                 _end(K, given, A, W, S, copies, O, not off and W.state == GOING_REACHED)
         looks -= 1 + max(S.ways.looks - before, 0)
     return bool(O.stage == TRIED)

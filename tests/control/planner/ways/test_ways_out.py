@@ -104,6 +104,24 @@ def test_kept_points_and_weak_motors_make_a_way_unclear_and_it_comes_last():
     assert "does not arrive" in ways[-1].sentence or "not clear" in ways[-1].sentence
 
 
+LAGS = ftqp.Drive(bandwidth=50.0, takes_velocity=False, latency=4e-3)
+
+
+@pytest.mark.parametrize(("drive", "lag"), [(LAGS, 0.95), ("torque", 0.0), ("velocity", 0.0)])
+def test_in_thought_an_arm_is_seen_as_its_drive_lets_it_be_seen(level, drive, lag):
+    planner, q = ftqp.Planner(PANDA, 1e-3, remember=20.0, level=level, drive=drive), HOME.copy()
+    planner.reset(q)
+    goto = ftqp.GoTo(planner, q=HOME + AWAY)
+    for k in range(400):
+        if k == 250:
+            planner.report(ftqp.Locked(3))
+        step = goto.step(q)
+        q = step.q + lag * (q - step.q)
+    ways = planner.ways_out()
+    assert {way.kind for way in ways} >= {"back", "home", "halt", "stop"}
+    assert all(way.clear and 0.2 < way.time < 5.0 for way in ways)
+
+
 def test_rows_of_ones_own_are_asked_in_thought_and_keep_the_arm_from_a_way():
     asked = []
 
