@@ -9,6 +9,7 @@ from tests.app.deployment.in_c import PANDA, Library, fault_of, numbers
 from tests.app.deployment.test_going import Both
 from tests.control.following.test_ways import LEFT, RIGHT, walled
 from tests.control.planner.test_free_base import BODY
+from tests.control.planner.ways.test_ways_out import LAGS
 
 import ftqp
 from ftqp.app.deployment.headers import arm_file
@@ -111,6 +112,15 @@ def test_an_arm_that_moves_is_asked_a_little_in_every_tick_and_looks_of_any_numb
     both.report(ftqp.Locked(1))
     calls = [same_ways(both, HOME, looks)[2] for looks in (1, 50, 100_000)]
     assert calls[0] > 20 * calls[1] > 400 > calls[2]
+
+
+@pytest.mark.parametrize(("drive", "lag"), [(LAGS, 0.95), ("torque", 0.0)])
+def test_arms_that_lag_or_take_torques_have_the_ways_out_of_python(built, drive, lag):
+    both = Both(built, AWAY, lag, remember=20.0, drive=drive)
+    both.go(200)
+    both.report(ftqp.Locked(3))
+    both.go(100)
+    assert all(way.clear for way in same_ways(both, HOME)[0].values())
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "modular11", "planar"])
