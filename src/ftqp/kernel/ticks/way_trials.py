@@ -69,8 +69,8 @@ TIP_BACK, TURNED_BACK = 0.01, 0.05
 it counts as being there, exactly then."""
 EVERY = 8e-3
 """What motors and the base bear on a motion is looked at so often [s]. A convention."""
-LONGEST = 60.0
-"""A motion that has not ended after so long does not arrive [s]. A convention."""
+LATE = 10.0
+"""A motion that takes longer than it is planned for by so much does not arrive [s]. A convention."""
 NEAR = 0.6
 """A joint goes no farther than this to where the arm can stand for long [rad or m] ..."""
 SAMPLES, DRAWN, SHRINK = 32, 128, 0.5
@@ -465,7 +465,8 @@ def try_way_out(
             code = code % NEWS if code >= 0 else INVALID_INPUT
             off = code in (FALLBACK, STOPPING, STOPPED, INVALID_INPUT)
             _watch(K, A, W, O)
-            if off or W.state != GOING_MOVING or O.ticks * K.state.dt > LONGEST:
+            planned = (S.ways.ticks - 1) * S.ways.period if W.plays else W.duration
+            if off or W.state != GOING_MOVING or O.ticks * K.state.dt > planned + LATE:
                 _end(K, given, A, W, S, copies, O, not off and W.state == GOING_REACHED)
         looks -= 1 + max(S.ways.looks - before, 0)
     return bool(O.stage == TRIED)
