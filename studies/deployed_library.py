@@ -243,7 +243,7 @@ def whole_library(folder):
     scene.add("ball", ftqp.Sphere(radius=0.05, place=(0.0, 0.9, 0.3)))
     tasks = [ftqp.PostureTask(), ftqp.PoseTask("panda_joint4")]
     planner = ftqp.Planner(
-        robot, drive="torque", task=task, detector=ftqp.Detector(), scene=scene, tasks=tasks
+        robot, drive="torque", task=task, detector=ftqp.Detector(), scene=scene, tasks=tasks, remember=1.0
     )
     path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=2.0)
     named = {"planner": planner, "name": "panda", "target": "host", "cpu": None, "embed": False}

@@ -7,7 +7,7 @@
 
 #include "ftqp.h"
 
-enum { HEAD = 120, RUNS_AT = 88 }; /* of a file: its head, and where that says how many runs follow */
+enum { HEAD = 128, RUNS_AT = 96 }; /* of a file: its head, and where that says how many runs follow */
 
 static uint64_t state;
 
@@ -49,9 +49,13 @@ static double odd(void) {
 
 static void any_calls(ftqp *p, int count) {
     double q[64], v[64];
-    static ftqp_search *search;
+    static char *search, *out;
+    static size_t most;
     if (search == NULL) search = calloc(1, 64 + ftqp_search_size());
+    if (out == NULL && ftqp_ways_size(p)) out = calloc(1, 64 + (most = ftqp_ways_size(p)));
     ftqp_search *s = (ftqp_search *)(((uintptr_t)search + 63) / 64 * 64);
+    ftqp_ways *w = ftqp_ways_size(p) > most ? NULL : (ftqp_ways *)(((uintptr_t)out + 63) / 64 * 64);
+    ftqp_way way;
     ftqp_target target;
     for (int k = 0; k < count; k++) {
         for (int i = 0; i < 64; i++) q[i] = draw(4) ? 0.1 * (double)draw(20) - 1.0 : odd(), v[i] = odd();
@@ -70,7 +74,7 @@ static void any_calls(ftqp *p, int count) {
         ftqp_load load = {odd(), {odd(), 0.0, 0.1}, {odd(), 0.0, 0.0, 0.0, odd(), 0.0, 0.0, 0.0, odd()}};
         double error[6];
         const int what = (int)draw(4) - 1;
-        switch (draw(25)) {
+        switch (draw(28)) {
             case 0: ftqp_reset(p, draw(9) ? q : NULL, draw(2) ? v : NULL); break;
             case 1: ftqp_report(p, draw(9) ? &fault : NULL); break;
             case 2: ftqp_withdraw(p, (int)draw(70) - 2); break;
@@ -82,7 +86,7 @@ static void any_calls(ftqp *p, int count) {
             case 8: ftqp_watch(p, draw(2) ? v : NULL); break;
             case 9: ftqp_tip(p, draw(2) ? numbers : NULL), ftqp_joints(p), ftqp_drive(p), (void)ftqp_dt(p); break;
             case 12: ftqp_tool(p, draw(3) ? numbers : NULL); break;
-            case 13: ftqp_brake(p, (int)draw(70) - 2), ftqp_has(p, (int)draw(10) - 1), ftqp_believed(p, (int)draw(70) - 2); break;
+            case 13: ftqp_brake(p, (int)draw(70) - 2), ftqp_has(p, (int)draw(12) - 1), ftqp_believed(p, (int)draw(70) - 2); break;
             case 14: ftqp_aim(p, what, draw(9) ? &target : NULL), ftqp_task_error(p, what, draw(9) ? error : NULL); break;
             case 15: ftqp_aim_joints(p, what, draw(9) ? q : NULL), ftqp_weight(p, what, odd()); break;
             case 16: ftqp_move(p, what, draw(9) ? numbers : NULL, draw(2) ? v : NULL), (void)ftqp_clearance(p); break;
@@ -96,6 +100,9 @@ static void any_calls(ftqp *p, int count) {
             }
             case 19: (draw(2) ? ftqp_go_to_pose(p, s, numbers) : ftqp_seek(p, draw(9) ? s : NULL, draw(9) ? numbers : NULL)); break;
             case 20: ftqp_find(draw(9) ? s : NULL, (int)draw(300), draw(9) ? q : NULL); break;
+            case 21: ftqp_ways_out(p, draw(9) ? w : NULL, draw(2) ? q : ftqp_q(p)); break;
+            case 22: for (int i = 0; i < 9; i++) ftqp_try(w, (int)draw(3000), draw(9) ? &way : NULL); break;
+            case 23: ftqp_go_out(p, w, (int)draw(7) - 1); break;
             case 10: ftqp_follow(p, draw(2) ? q : NULL, v, (int)draw(4)), ftqp_begin(p), (void)ftqp_progress(p); break;
             default: {
                 const int ticks = (int)draw(9) - 1;

@@ -10,31 +10,12 @@ import pinocchio as pin
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
-from ftqp.model.chain import configuration_of
 from ftqp.model.reduction import named_frame
 
 
 def centre_of_mass(robot: Any, q: Any) -> FloatArray:
     """Centre of mass of all bodies in the world, (3,) [m], at joint values q, (nv,) or (nq,)."""
     return np.array(pin.centerOfMass(robot.model, robot.model.createData(), robot.configuration(q)))
-
-
-def base_wrenches(robot: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-    """The force and the torque that the base bears on a motion, about its origin, (k, 2) [N, N m].
-
-    They hold the arm's weight and make its bodies accelerate; rotors, which spin beside, are left out. Joint
-    values, velocities and accelerations are (k, nv) each.
-
-    Source: Featherstone 2008, section 5.3.
-    """
-    model, data = robot.model, robot.model.createData()
-    roots = [int(i) for i in model.children[0]]
-    sizes = np.empty((len(q), 2))
-    for row, place, speed, change in zip(sizes, q, v, a, strict=True):
-        pin.rnea(model, data, configuration_of(model, robot.continuous, place), speed, change)
-        borne = sum((data.liMi[i].act(data.f[i]).vector for i in roots), np.zeros(6))
-        row[:] = np.linalg.norm(borne[:3]), np.linalg.norm(borne[3:])
-    return sizes
 
 
 def mount_of(robot: Any, name: str) -> tuple[int, FloatArray]:

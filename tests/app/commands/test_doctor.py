@@ -60,6 +60,7 @@ PROMISED = {
     "tip", "joints", "drive", "dt", "open_for", "brakes", "stop_reason", "stop_reason_name",
     "aim", "aim_joints", "believed", "brake", "clearance", "has", "move", "task_error", "tasks", "things",
     "tool", "weight", "go_to", "go_round", "go_to_pose", "go", "arrived", "seek", "find", "search_size",
+    "ways_size", "ways_out", "try", "go_out",
 }  # fmt: skip
 
 

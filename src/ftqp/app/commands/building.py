@@ -7,6 +7,9 @@ from typing import Any
 from ftqp.app.output.console import ExitCode, answer, progress, say
 from ftqp.core.errors import InputError, unknown
 
+REMEMBERED = 20.0
+"""The library of a robot keeps the way of the joints for so long, so that it has a way back [s]."""
+
 
 def build(
     source: str,
@@ -89,7 +92,7 @@ def _planner_of(source: str, tip: str | None, overrides: Any) -> tuple[str, Any,
     robot, setup = arm_of(source, tip, overrides)
     if setup is None:
         known = source.partition("(")[0] in catalog.names()
-        return source if known else robot.name, Planner(robot), robot.neutral, None
+        return source if known else robot.name, Planner(robot, remember=REMEMBERED), robot.neutral, None
     if setup.world is not None:
         raise InputError(f"{source} has a base that moves, which a library in C does not; leave [base] out")
     return setup.name, setup.planner, setup.q, setup.path

@@ -35,10 +35,8 @@ TARGETS: Final = ("host", "x86-64-v3", "aarch64", "wasm32")
 PARTS: Final = ("detector", "path")
 """What may be asked for by name; a detector is in each."""
 NO_PATH: Final = "a path (ftqp_follow, ftqp_speed): targets are given by the program's own clock"
-NO_GOALS: Final = (
-    "ways round to a goal, goals of the end effector and ways out (ftqp.GoTo): postures are gone to straight"
-)
-NO_ESCAPE: Final = "ways out of a stall and bridges on the path: a path that cannot go on waits"
+NO_WAY_BACK: Final = "the way that the arm has come (ftqp_ways_out): build a planner with remember"
+NO_ESCAPE: Final = "motions on the spot and bridges on the path: one that cannot go on waits"
 MAKER: Final = "ftqp.kernel.building.deployed"
 UNITS: Final = 130
 """So many units a library has at least; compiling those that are known finds the others."""
@@ -106,7 +104,8 @@ def build_folder(
             shutil.copytree(TEXTS / "example", made / "example")
             (made / "cmake").mkdir()
             shutil.copy(TEXTS / "ftqp-config.cmake", made / "cmake" / "ftqp-config.cmake")
-        left_out = (*memory.left_out, NO_PATH if wanted.path is None else NO_ESCAPE, NO_GOALS)
+        left_out = [*memory.left_out, NO_PATH if wanted.path is None else NO_ESCAPE]
+        left_out += [] if memory.came_every else [NO_WAY_BACK]
         bill = _bill(wanted, library, left_out, made)
         (made / "bill.json").write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")
         os.rename(made, folder)
@@ -151,9 +150,7 @@ def _library(wanted: BuildRequest, made: Path, progress: Callable[[float], None]
     return made_of
 
 
-def _bill(
-    wanted: BuildRequest, library: dict[str, Any], left_out: tuple[str, ...], made: Path
-) -> dict[str, Any]:
+def _bill(wanted: BuildRequest, library: dict[str, Any], left_out: list[str], made: Path) -> dict[str, Any]:
     files = sorted(path for path in made.rglob("*") if path.is_file())
     planner = wanted.planner
     return {
@@ -161,7 +158,7 @@ def _bill(
         "most_joints": wanted.most_joints, "drive": planner.drive.kind, "target": wanted.target,
         "triple": library["triple"],
         "cpu": library["cpu"], "ftqp": __version__, "kernel": kernel_hash(), "zig": library["zig"],
-        "left_out": list(left_out),
+        "left_out": left_out,
         "compiled": library["compiled"], "units": library["units"],
         "files": {
             path.relative_to(made).as_posix(): {

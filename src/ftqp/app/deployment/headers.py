@@ -12,6 +12,7 @@ from ftqp.control.planner.assembly import Deployable
 from ftqp.control.planner.mounted_robot import SAMPLES
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STOP_REASONS, StepStatus
+from ftqp.control.planner.ways.way_out import HANGS, ROWS
 from ftqp.control.task.task import row_indices
 from ftqp.kernel.compiled.library import KERNEL, code_key
 from ftqp.kernel.entry.planner_commands import LIMITS
@@ -21,15 +22,15 @@ from ftqp.kernel.layout.flat_arrays import COLUMNS
 from ftqp.kernel.layout.record import dtype, zeros_in_line
 from ftqp.kernel.layout.scene_room import SHAPES, TERMS, TermKind
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, SUSPECTS
-from ftqp.kernel.layout.ways_room import ROOMS
+from ftqp.kernel.layout.ways_room import ROOMS, WayKind
 
 MAGIC: Final = b"FTQPARM\0"
-FORMAT: Final = 5
+FORMAT: Final = 6
 """Of the file; a library takes files of its own format only."""
-HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQQQ")
+HEAD: Final = struct.Struct("<8sII24sIIQQQQQQQQQQ")
 """Magic, format, its own size, hash of the kernel's source, joints, samples, sizes of record, given, arm,
-path and its table, how many runs follow, size of the file, fingerprint of the arm, checksum. What a
-file does not have has 0 bytes."""
+path and its table, after how many ticks a place of the way is kept, how many runs follow, size of the file,
+fingerprint of the arm, checksum. What a file does not have has 0 bytes."""
 RUN: Final = struct.Struct("<QQ")
 """The part in the highest byte and the offset in the others, and how many bytes follow."""
 PATH_PART: Final = 3
@@ -84,8 +85,8 @@ def arm_file(
     body = b"".join(runs) + states
     count = len(runs)
     fields = (
-        MAGIC, FORMAT, HEAD.size, kernel_hash().encode(), joints, len(memory.states), *sizes, count,
-        HEAD.size + len(body), fingerprint,
+        MAGIC, FORMAT, HEAD.size, kernel_hash().encode(), joints, len(memory.states), *sizes,
+        memory.came_every, count, HEAD.size + len(body), fingerprint,
     )  # fmt: skip
     head = HEAD.pack(*fields, 0)
     found = checksum(body, checksum(head[: HEAD.size - 8]))
@@ -136,7 +137,7 @@ FIELDS = (
     "feedback.asks", "feedback.lost", "feedback.brakes", "watch.latched", "watch.reason",
     "terms.own", "terms.body", "terms.other", "terms.kind", "terms.hard", "terms.weight", "terms.error",
     "scene.obstacles", "scene.pairs", "scene.distance", "monitor.names", "monitor.worst", "monitor.found",
-    "monitor.found_at", "monitor.began", "keeps.asked",
+    "monitor.found_at", "monitor.began", "keeps.asked", "state.v_command", "task.sets",
 )  # fmt: skip
 """Fields of the record that the C interface reads."""
 PATH = ("progress", "rate", "end")
@@ -148,6 +149,8 @@ WAYS = (
     "keeps",
 )  # fmt: skip
 """Fields of a search that the C interface reads, and the rooms that it copies."""
+WAY_OUT = ("places", "stage")
+"""Fields of a way out that the C interface reads."""
 GIVEN = ("samples", "may_swing", "q_min", "q_max", "v_max")
 SHOWN = {
     "Q_REFERENCE": ("state.q_command", "double[n]: the planner's own positions"),
@@ -190,7 +193,8 @@ def offset(dtype: np.dtype[Any], place: str) -> int:
 def layout_header(joints: int = JOINTS) -> str:
     """``layout.h``: what ``ftqp.c`` must know of the kernel's memory."""
     record, given = dtype("record", joints), dtype("given", joints)
-    arm, path, going, ways = (dtype(kind, joints) for kind in ("arm", "path", "going", "ways"))
+    kinds = ("arm", "path", "going", "ways", "way_out")
+    arm, path, going, ways, way_out = (dtype(kind, joints) for kind in kinds)
     numbers = {
         "FORMAT": FORMAT,
         "CAPACITY": joints,
@@ -211,6 +215,11 @@ def layout_header(joints: int = JOINTS) -> str:
         "SIZE_OF_GOING": going.itemsize,
         "SIZE_OF_JOINTS": dtype("joints", joints).itemsize,
         "SIZE_OF_WAYS": ways.itemsize,
+        "SIZE_OF_WAY_OUT": way_out.itemsize,
+        **{f"WAY_OUT_{name.upper()}": offset(way_out, name) for name in WAY_OUT},
+        **{f"{kind.name}_WAY": int(kind) for kind in WayKind},
+        "MOST_CAME": ROWS,
+        "HANGS": HANGS,
         **{f"SEARCH_{place.rpartition('.')[2].upper()}": offset(ways, place) for place in WAYS},
         **{f"GOING_{name.upper()}": offset(going, name) for name in GOING},
         **{f"GOING_{state.name}": int(state) for state in Going},
@@ -342,5 +351,5 @@ def _bytes(file: bytes) -> str:
     return f"static const unsigned char ftqp_arm_file[] = {{\n    {body}\n}};\n"
 
 
-HEAD_OF_PLANNER = 8 + 4 * 4 + 15 * 8 + 2 * 8
+HEAD_OF_PLANNER = 8 + 4 * 4 + 16 * 8 + 2 * 8 + 3 * 8
 """Bytes of ``struct ftqp`` in ``ftqp.c``, behind which the record lies."""

@@ -1,16 +1,13 @@
-"""Where an arm may stand and pass: its motors hold it, kept points are on their sides, the scene is clear."""
+"""Where an arm may stand: its motors hold it, and the scene is clear."""
 
-from collections.abc import Sequence
 from typing import Any, Final, Protocol, final
 
 import numpy as np
 
 from ftqp.control.scene.placed_shapes import Clearance
-from ftqp.control.task.keep import Keep
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.kernel.layout.thresholds import STRONG
-from ftqp.model.frames import base_wrenches
 from ftqp.model.robot import Robot
 
 HELD: Final = STRONG
@@ -41,10 +38,9 @@ class MotionValidity:
         robot: Robot,
         tau_max: FloatArray,
         counts: BoolArray,
-        keeps: Sequence[Keep] = (),
         surrounded: Surrounded | None = None,
     ) -> None:
-        self._robot, self._keeps = robot, tuple(keeps)
+        self._robot = robot
         kept = None if surrounded is None else surrounded.clearance
         self._surrounded = None if kept is None else surrounded
         self._least = 0.0 if kept is None else kept.keep - NEARER
@@ -63,20 +59,10 @@ class MotionValidity:
             share[k] = float((np.abs(arm.K.kinematics.h[:n]) / self._limit).max())
         return share
 
-    def base_wrenches(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """The force and the torque that the base bears on a motion, (k, 2) [N, N m]; 0 without masses."""
-        return base_wrenches(self._robot, q, v, a) if self._robot.has_inertia else np.zeros((len(q), 2))
-
     def distances(self, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The least distance of two bodies, and from what points are kept from, (k,) [m, of a cone rad].
-
-        Then the same, less what bodies have to be apart: positive where the arm may be.
-        """
-        kept, apart = np.full(len(places), np.inf), np.full(len(places), np.inf)
-        for keep in self._keeps:
-            for k, q in enumerate(places):
-                kept[k] = min(kept[k], keep.distance(self._robot.pose(q, keep.frame)))
+        """The least distance of two bodies, (k,) [m]; the same, less what they have to be apart."""
+        apart = np.full(len(places), np.inf)
         if self._surrounded is not None:
             for distance in self._surrounded.distances(places).values():
                 apart = np.minimum(apart, distance)
-        return np.minimum(kept, apart), np.minimum(kept, apart - self._least)
+        return apart, apart - self._least

@@ -158,6 +158,7 @@ class Deployable:
     given: Any  # What it was made with, (1,)
     arm: Any  # The arm by itself, (1,)
     states: FloatArray  # Of the samples of its braking reserve, q and v, (samples, 2 nv)
+    came_every: int  # After how many ticks a place of the way that is come is kept; 0: none is
     left_out: tuple[str, ...]  # What of the planner a program in C does without, a sentence each
 
 
@@ -312,5 +313,6 @@ class Assembly:
             given=memory,
             arm=self.commands.arm,
             states=rows[:, : 2 * n].copy(),
+            came_every=0 if self.remembered is None else int(self.remembered.facts[0]),
             left_out=() if self.surroundings is None else (new,),
         )

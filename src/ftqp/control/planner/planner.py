@@ -7,7 +7,6 @@ from threading import get_ident
 from types import FrameType
 from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
-from ftqp.control.inverse_kinematics.motion_validity import MotionValidity
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.assembly import Assembly, Deployable
 from ftqp.control.planner.configuration import Configuration, CurrentConfiguration
@@ -330,11 +329,6 @@ class Planner:
         """The planner's own state and belief, to be read: for what is built around it."""
         return self._view
 
-    def passable(self) -> MotionValidity:
-        """What says where the arm may be, as believed now: its motors, kept points, itself and its scene."""
-        view = self.view()
-        return MotionValidity(self.robot, view.limits.tau, view.working, self._parts.keeps, self)
-
     @property
     def known(self) -> Session:
         """What a search for ways takes over of the planner."""
@@ -552,9 +546,9 @@ class Planner:
         Raises:
             InputError: There was no ``reset``, home has a wrong shape, or the robot floats.
         """
-        return ways_out(
-            self, Planner, None if self._parts.remembered is None else self._parts.remembered.q, home
-        )
+        self._configuration.apply()
+        parts = self._parts
+        return ways_out(self, parts.commands, self._configuration.now.reserve, parts.remembered, home)
 
     def options(self) -> tuple[Remaining, ...]:
         """What can still be done after faults, least lost first; without a plan the clear ``ways_out()``.

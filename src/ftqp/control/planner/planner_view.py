@@ -150,16 +150,6 @@ class PlannerView:
         """The tip's motion in the last command."""
         return self.tip_at(self.command)
 
-    def poses(self, places: FloatArray) -> FloatArray:
-        """Where the tip is with the joints at places, (k, 4, 4)."""
-        arm, poses = self._arm, np.tile(np.eye(4), (len(places), 1, 1))
-        arm.adopt(self._session)
-        R, o = arm.K.kinematics.R_tip, arm.K.kinematics.o_tip
-        for q, pose in zip(places, poses, strict=True):
-            arm.kinematics(q)
-            pose[:3, :3], pose[:3, 3] = R.reshape(3, 3), o
-        return poses
-
     def tip_at(self, joints: JointState) -> TipState:
         """The tip's motion with a motion of the joints."""
         arm = self._arm

@@ -168,8 +168,8 @@ def look_up(W: Any, n: int, t: float) -> None:
 
 
 @jit
-def _effort(K: Any, A: Any, W: Any) -> float:
-    """The largest share of a motor's limit that holds the arm where ``look_up`` has it, and whose it is."""
+def effort_at(K: Any, A: Any, W: Any) -> float:
+    """The largest share of a motor's limit that holds the arm at ``q_now``, and whose it is."""
     n, most = K.chain.n, 0.0
     for i in range(n):
         A.state.q[i], A.state.v[i] = W.q_now[i], 0.0
@@ -189,7 +189,7 @@ def _end_sooner(K: Any, A: Any, W: Any) -> bool:
     n, least = K.chain.n, STRONG
     for k in range(PLACES):
         look_up(W, n, W.duration * k / (PLACES - 1))
-        share = _effort(K, A, W)
+        share = effort_at(K, A, W)
         if k == 0:
             least = max(least, share)
         elif share > least:
@@ -203,7 +203,7 @@ def _end_sooner(K: Any, A: Any, W: Any) -> bool:
                 for i in range(n):
                     W.way[i] = W.q_now[i] - W.q[i]
                     W.q_now[i] = W.near[i] + (W.far[i] - W.near[i]) * fine / FINER
-                if fine == FINER or _effort(K, A, W) > least:
+                if fine == FINER or effort_at(K, A, W) > least:
                     return True
     return False
 

@@ -193,6 +193,16 @@ lead_going search.on_the_way first takes K:record A:arm W:going J:joints S:ways 
 follow_going search.on_the_way first takes K:record W:going S:ways code
 begin_going search.on_the_way c takes K:record G:given W:going J:joints S:ways seeks q:f8[K.chain.n]
 begin_going_to_pose search.on_the_way c takes K:record G:given W:going J:joints S:ways goal:f8[16]
+begin_way_out ticks.way_trials c
+    takes K:record G:given W:going J:joints S:ways copies:i8[copied,3] copied O:way_out
+          came:f8[rows,K.chain.n] rows count home:f8[K.chain.n] kind fewer
+    calls begin_way_out(K, G, W, J, S, copies, O, came, count, home, kind, fewer)
+try_way_out ticks.way_trials nogil c
+    takes K:record G:given A:arm W:going J:joints S:ways copies:i8[copied,3] copied O:way_out looks
+    calls try_way_out(K, G, A, W, J, S, copies, O, looks)
+begin_way ticks.way_trials c takes K:record G:given W:going J:joints S:ways O:way_out
+remember ticks.way_trials c takes K:record came:f8[rows,K.chain.n] rows facts:i8[3] code
+    calls remember(K, came, facts, code)
 carry commands.believed first c takes K:record A:arm G:given payload:load
 hold commands.surroundings first c takes K:record G:given place:f8[16]
     calls hold(K.chain, G, place)

@@ -60,7 +60,36 @@ class WayStage(IntEnum):
     NO_WAY = 8
 
 
+@numbered("{}_WAY")
+class WayKind(IntEnum):
+    """Ways out of where an arm is stuck, in the order in which they are tried."""
+
+    BACK = 0
+    TIPS = 1  # back along the tip's way
+    HOME = 2
+    HALT = 3
+    STOP = 4
+
+
+OUT_PLACES: Final = 60
+"""Places of a way out at most."""
 TEXT: Final = """
+way_out  A way out, the layout of ``ftqp_way`` in C first, see ``ftqp.kernel.ticks.way_trials``.
+    kind  i8  a ``WayKind``
+    clear arrives near still  i8  it arrives, may be gone everywhere; comes too near; rows that can still move
+    rows  i8  of the tip's way back, what is kept, as ``asks_rows``; else 0
+    time clearance effort limit force moment  f8  see ``ftqp.control.planner.ways.way_out.WayOut``
+    stage ticks  i8  how far it is, and the motion that is tried
+    drawn best around  i8  postures that were drawn, the best one, and that round which the next ones are
+    least  f8  what the best one costs
+    weak  i8  a motor cannot hold the arm somewhere on it
+    has_axis  i8  as ``asks_axis``
+    room most  f8  the room and the effort with which it begins, beyond which less and more is too much
+    places  i8
+    place  f8[OUT_PLACES,N]
+    failed  i8[N]  joints that had failed when it was tried
+    stand seen  f8[N]  where braking ends, and where the joints are seen in thought
+    mark  i8[POSES]  memory: places that stay
 ways  What a search for a way of the joints is asked, and its memory, see ``ftqp.kernel.search``.
         The rooms ``chain``, ``ahead``, ``scene`` and ``keeps`` behind it are those of a planner.
     asks_rows asks_axis  i8  the rows of poses that count, as ``rows``, -1: those of the planner's task

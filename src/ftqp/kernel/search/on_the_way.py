@@ -502,7 +502,7 @@ def follow_going(K: Any, W: Any, S: Any, code: int) -> int:
 
 
 @jit
-def _begin_in_c(K: Any, given: Any, W: Any, J: Any) -> None:
+def begin_as_given(K: Any, given: Any, W: Any, J: Any) -> None:
     """What is as ``GoTo`` has it by default."""
     bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / K.state.dt)
     accelerates = K.state.level == ACCELERATION
@@ -518,7 +518,7 @@ def _begin_in_c(K: Any, given: Any, W: Any, J: Any) -> None:
 @jit
 def begin_going(K: Any, given: Any, W: Any, J: Any, S: Any, seeks: int, q: Any) -> None:
     """Go to a posture, (n,), from the next tick on: straight, or round what is kept."""
-    _begin_in_c(K, given, W, J)
+    begin_as_given(K, given, W, J)
     assign(W.goal, q, K.chain.n)
     aim_going(K, W, ROUND if seeks else STRAIGHT)
     if seeks:
@@ -532,7 +532,7 @@ def begin_going_to_pose(K: Any, given: Any, W: Any, J: Any, S: Any, T: Any) -> i
     why = cannot_seek(K, given, T)
     if why:
         return why
-    _begin_in_c(K, given, W, J)
+    begin_as_given(K, given, W, J)
     ask_as_given(S, K, given, T)
     assign(W.goal, K.state.q_command, K.chain.n)
     aim_going(K, W, AS_ASKED)

@@ -12,6 +12,7 @@
 #define OPEN UINT64_C(0x7166747071667470)
 #define SEEKS UINT64_C(0x6b65657371747466)
 #define LEADS UINT64_C(0x6461656c71747466)
+#define TRIES UINT64_C(0x7365697271747466)
 #define LINE(bytes) (((bytes) + 63u) & ~(uint64_t)63u)
 #define AT(pointer) ((int64_t)(uintptr_t)(pointer))
 
@@ -20,6 +21,8 @@ enum { KERNEL_LOCKED = 1, KERNEL_SWINGS = 2, KERNEL_WORKS = 0, PARTS = 5, WORDS_
 _Static_assert(sizeof(ftqp_fault) == SIZE_OF_FAULT, "ftqp_fault is laid out as the kernel's");
 _Static_assert(sizeof(ftqp_load) == SIZE_OF_LOAD, "ftqp_load is laid out as the kernel's");
 _Static_assert(GOING_HALTED == FTQP_HALTED && GOING_UNREACHABLE == FTQP_UNREACHABLE, "ways have the kernel's numbers");
+_Static_assert(FTQP_WAY_STOP == STOP_WAY && FTQP_WAY_HOME == HOME_WAY, "ways out have the kernel's numbers");
+_Static_assert(sizeof(ftqp_way) == WAY_OUT_STAGE, "ftqp_way is laid out as the kernel's");
 _Static_assert(TORQUE_DRIVE == FTQP_SENDS_TORQUES, "drives have the kernel's numbers");
 _Static_assert(sizeof(ftqp_target) == NUMBERS * sizeof(double), "ftqp_target is a packed target");
 
@@ -43,6 +46,11 @@ int64_t KERNEL(begin_going_to_pose)(int64_t, int64_t, int64_t, int64_t, int64_t,
 int64_t KERNEL(deployed_go)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(deployed_seek)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(find_posture)(int64_t, int64_t);
+int64_t KERNEL(begin_way_out)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t,
+                              int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(try_way_out)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(begin_way)(int64_t, int64_t, int64_t, int64_t, int64_t, int64_t);
+int64_t KERNEL(remember)(int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(aim)(int64_t, int64_t, int64_t, int64_t);
 int64_t KERNEL(aim_joints)(int64_t, int64_t, int64_t);
 int64_t KERNEL(move_thing)(int64_t, int64_t, int64_t, int64_t);
@@ -60,7 +68,7 @@ typedef struct Head {
     uint32_t format, size;
     char kernel[24];
     uint32_t joints, samples;
-    uint64_t record, given, arm, path, table, runs, bytes, fingerprint, checksum;
+    uint64_t record, given, arm, path, table, came_every, runs, bytes, fingerprint, checksum;
 } Head;
 
 /* What a planner begins with; behind it lie, each from a line of the cache on, the parts below. */
@@ -68,13 +76,14 @@ struct ftqp {
     uint64_t open;
     int32_t joints, samples, status;
     uint32_t noticed; /* what was found when ftqp_watch was asked last, as one number */
-    uint64_t record, given, arm, path, table, table_bytes, free, going, led, rows, faults, work, bytes;
+    uint64_t record, given, arm, path, table, table_bytes, free, going, led, rows, faults, came, work, bytes;
     ftqp_search *search; /* of the way that is gone, or NULL: it is straight */
     const ftqp *leader;  /* whose search it is: not that of a copy of the planner */
     double shares[2];
+    int64_t kept[3]; /* of the way that is come: after how many ticks a place is, ticks, and places */
 };
 
-_Static_assert(sizeof(Head) == 120, "the head of a file has no gaps");
+_Static_assert(sizeof(Head) == 128, "the head of a file has no gaps");
 
 static void *part(const ftqp *p, uint64_t offset) { return (char *)(uintptr_t)p + offset; }
 
@@ -111,6 +120,7 @@ static int read_head(const void *file, size_t bytes, Head *head) {
     if (sum != head->checksum) return FTQP_CHECKSUM;
     if (head->record != SIZE_OF_RECORD || head->given != SIZE_OF_GIVEN || head->arm != SIZE_OF_ARM)
         return FTQP_DAMAGED;
+    if (head->came_every > INT32_MAX) return FTQP_DAMAGED;
     if (head->path != 0 && (head->path != SIZE_OF_PATH || !head->table)) return FTQP_DAMAGED;
     if (head->table % SIZE_OF_INTERVAL || head->table > bytes || (head->table && !head->path)) return FTQP_DAMAGED;
 #ifndef FTQP_WITH_PATH
@@ -135,7 +145,9 @@ static void arrange(ftqp *p, const Head *head) {
     p->led = p->going + LINE(SIZE_OF_GOING);
     p->rows = p->led + LINE(SIZE_OF_JOINTS);
     p->faults = p->rows + LINE(head->samples * n * (n + 3) * number);
-    p->work = p->faults + LINE(n * sizeof(ftqp_fault));
+    p->kept[0] = (int64_t)head->came_every;
+    p->came = p->faults + LINE(n * sizeof(ftqp_fault));
+    p->work = p->came + (head->came_every ? LINE(MOST_CAME * n * number) : 0);
     p->bytes = p->work + LINE((NUMBERS + 2 * n) * number);
 }
 
@@ -310,6 +322,11 @@ static int is_within(const ftqp *p, const double *q, const double *v) {
     return 1;
 }
 
+/* After a tick, or its mistake: keep where the joints are commanded to be, when it is time. */
+static void remember(ftqp *p, int64_t status) {
+    if (p->kept[0]) KERNEL(remember)(AT(part(p, p->record)), AT(part(p, p->came)), MOST_CAME, AT(p->kept), status);
+}
+
 int ftqp_reset(ftqp *p, const double *q, const double *v) {
     const int code = is_open(p);
     if (code) return code;
@@ -322,6 +339,8 @@ int ftqp_reset(ftqp *p, const double *q, const double *v) {
     if (p->table_bytes) ftqp_begin(p);
     const int64_t begun = KERNEL(start)(AT(part(p, p->record)), AT(part(p, p->given)), AT(own.q), AT(own.v));
     p->noticed = findings(p);
+    p->kept[1] = p->kept[2] = 0;
+    remember(p, 0);
     return begun < 0 || is_within(p, own.q, own.v) ? (int)begun : FTQP_BEYOND_LIMITS;
 }
 
@@ -356,6 +375,7 @@ static int believe(ftqp *p, const ftqp_fault *fault) {
 
 /* The status of a step, after which what was found is counted on. */
 static int responded(ftqp *p, int64_t status) {
+    remember(p, status);
     if (status >= NEWS)
         for (int i = 0; i < p->joints; i++) {
             const int64_t becomes = KERNEL(respond)(AT(part(p, p->record)), AT(part(p, p->given)), i);
@@ -615,6 +635,139 @@ int ftqp_go(ftqp *p, const double *q, const double *v) {
                                             s == NULL ? 0 : COPIES, AT(own.q), AT(own.v)));
 }
 
+/* What ways out begin with; behind it lie the search that leads, the ways, and two copies of the planner. */
+struct ftqp_ways {
+    uint64_t state; /* TRIES */
+    int32_t joints, kind, fewer, begun, has_home;
+    uint64_t ways, model, twin, bytes;
+    double home[CAPACITY];
+    int32_t brakes[CAPACITY]; /* of joints that hang at rest, which are closed first */
+};
+
+enum { WAYS_SEARCH = LINE(sizeof(ftqp_ways)), WAYS_OUT = FTQP_WAY_STOP + 1 };
+
+static ftqp_search *search_of(const ftqp_ways *w) { return (ftqp_search *)((char *)(uintptr_t)w + WAYS_SEARCH); }
+
+static char *way_of(const ftqp_ways *w, int kind) { return (char *)(uintptr_t)w + w->ways + (uint64_t)kind * LINE(SIZE_OF_WAY_OUT); }
+
+static ftqp *copy_in(const ftqp_ways *w, uint64_t at) { return (ftqp *)((char *)(uintptr_t)w + at); }
+
+static int64_t places_of(const ftqp_ways *w, int kind) {
+    int64_t places;
+    memcpy(&places, way_of(w, kind) + WAY_OUT_PLACES, sizeof places);
+    return places;
+}
+
+/* Where its parts lie, for a planner of so many bytes. */
+static void arrange_ways(ftqp_ways *w, uint64_t bytes) {
+    w->ways = WAYS_SEARCH + LINE(SEARCH + SIZE_OF_WAYS);
+    w->model = w->ways + WAYS_OUT * LINE(SIZE_OF_WAY_OUT);
+    w->twin = w->model + bytes;
+    w->bytes = w->twin + bytes;
+}
+
+size_t ftqp_ways_size(const ftqp *p) {
+    ftqp_ways plan;
+    if (is_open(p)) return 0;
+    arrange_ways(&plan, p->bytes);
+    return (size_t)plan.bytes;
+}
+
+/* Whether a joint that is believed to swing freely hangs at rest, as all such do, beside a brake of its own. */
+static int hangs(const ftqp *p, int joint) {
+    for (int i = 0; i < p->joints; i++)
+        if (ftqp_believed(p, i) == FTQP_FREE_SWINGING && !(fabs(field(p, STATE_V_COMMAND)[i]) < HANGS)) return 0;
+    return whole(p, p->record, FEEDBACK_BRAKES) == EACH_BRAKES &&
+           ((const ftqp_fault *)part(p, p->faults))[joint].kind == FTQP_FREE_SWINGING;
+}
+
+int ftqp_ways_out(const ftqp *p, ftqp_ways *w, const double *home) {
+    const int code = is_open(p);
+    if (code) return code;
+    if (w == NULL) return FTQP_NULL;
+    if ((uintptr_t)w % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    if (whole(p, p->record, CHAIN_FLOATING)) return FTQP_UNSUPPORTED;
+    if (!whole(p, p->record, STATE_IS_RESET)) return FTQP_NOT_RESET;
+    if (home != NULL && !all_finite(home, p->joints)) return FTQP_NO_POSTURE;
+    memset(w, 0, sizeof *w);
+    arrange_ways(w, p->bytes);
+    w->joints = p->joints;
+    w->has_home = home != NULL;
+    if (home != NULL) memcpy(w->home, home, (size_t)p->joints * sizeof *home);
+    memset(way_of(w, 0), 0, WAYS_OUT * LINE(SIZE_OF_WAY_OUT));
+    search_of(w)->state = 0;
+    ftqp *model = copy_in(w, w->model);
+    memcpy(model, p, (size_t)p->bytes);
+    for (int i = 0; i < p->joints; i++) w->brakes[i] = hangs(p, i);
+    for (int i = 0; i < p->joints; i++)
+        if (w->brakes[i]) ftqp_brake(model, i);
+    w->state = TRIES;
+    return 0;
+}
+
+/* Begin with the next way: whether there is one, as far as is known. */
+static int begin_next(ftqp_ways *w, ftqp *twin) {
+    int64_t copies[COPIES][3];
+    ftqp *model = copy_in(w, w->model);
+    ftqp_search *s = search_of(w);
+    if (w->kind == FTQP_WAY_HOME && !w->has_home) return 0;
+    if (w->kind <= FTQP_WAY_BACK_BY_TIP && model->kept[2] < 2) return 0;
+    memcpy(twin, model, (size_t)model->bytes);
+    clear(twin, s);
+    list_copies(twin, s, copies);
+    return (int)KERNEL(begin_way_out)(AT(part(twin, twin->record)), AT(part(twin, twin->given)), AT(part(twin, twin->going)),
+                                      AT(part(twin, twin->led)), AT(record_of(s)), AT(copies), COPIES, AT(way_of(w, w->kind)),
+                                      AT(part(twin, twin->came)), MOST_CAME, twin->kept[2], AT(w->home), w->kind, w->fewer);
+}
+
+int ftqp_try(ftqp_ways *w, int looks, ftqp_way *out) {
+    int64_t copies[COPIES][3];
+    if (w == NULL || out == NULL) return FTQP_NULL;
+    if ((uintptr_t)w % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    if (w->state != TRIES) return FTQP_NO_GOAL;
+    if (looks < 1) return FTQP_BAD_TICKS;
+    if (w->kind > FTQP_WAY_STOP) return FTQP_NO_WAY;
+    ftqp *model = copy_in(w, w->model), *twin = copy_in(w, w->twin);
+    ftqp_search *s = search_of(w);
+    if (!w->begun && begin_next(w, twin)) {
+        w->begun = 1;
+        return 0;
+    }
+    if (w->begun) {
+        list_copies(twin, s, copies);
+        if (!KERNEL(try_way_out)(AT(part(twin, twin->record)), AT(part(twin, twin->given)), AT(part(twin, twin->arm)),
+                                 AT(part(twin, twin->going)), AT(part(twin, twin->led)), AT(record_of(s)), AT(copies), COPIES,
+                                 AT(way_of(w, w->kind)), looks))
+            return 0;
+        memcpy(out, way_of(w, w->kind), sizeof *out);
+    }
+    const int found = w->begun && places_of(w, w->kind);
+    const int more = w->kind == FTQP_WAY_BACK_BY_TIP && w->fewer < (int)whole(model, model->record, TASK_SETS);
+    w->fewer = w->begun && more && !(found && out->clear) ? w->fewer + 1 : 0;
+    if (!w->fewer) w->kind++;
+    w->begun = 0;
+    return found;
+}
+
+int ftqp_go_out(ftqp *p, ftqp_ways *w, int kind) {
+    int code = is_open(p);
+    if (code) return code;
+    if (w == NULL) return FTQP_NULL;
+    if ((uintptr_t)w % FTQP_ALIGNMENT) return FTQP_MISALIGNED;
+    if (w->state != TRIES || w->joints != p->joints) return FTQP_NO_GOAL;
+    if (kind < 0 || kind > FTQP_WAY_STOP || !places_of(w, kind)) return FTQP_NO_WAY;
+    for (int i = 0; i < p->joints; i++)
+        if (w->brakes[i] && ((const ftqp_fault *)part(p, p->faults))[i].kind == FTQP_FREE_SWINGING) ftqp_brake(p, i);
+    ftqp_search *s = search_of(w);
+    w->kind = WAYS_OUT; /* the search leads from now on */
+    code = clear(p, s);
+    if (code) return code;
+    KERNEL(begin_way)(AT(part(p, p->record)), AT(part(p, p->given)), AT(part(p, p->going)), AT(part(p, p->led)),
+                      AT(record_of(s)), AT(way_of(w, kind)));
+    lead_by(p, s);
+    return 0;
+}
+
 int ftqp_arrived(const ftqp *p) {
     const int code = is_open(p);
     if (code) return code;
@@ -715,6 +868,8 @@ int ftqp_has(const ftqp *p, int what) {
         case FTQP_HAS_MASSES: return whole(p, p->record, CHAIN_HAS_INERTIA) != 0;
         case FTQP_HAS_FREE_JOINTS: return whole(p, p->given, GIVEN_MAY_SWING) != 0;
         case FTQP_HAS_GOALS: return may_go(p);
+        case FTQP_HAS_WAYS_OUT: return !whole(p, p->record, CHAIN_FLOATING);
+        case FTQP_HAS_WAY_BACK: return !whole(p, p->record, CHAIN_FLOATING) && p->kept[0];
         default: return FTQP_UNSUPPORTED;
     }
 }
@@ -933,6 +1088,7 @@ const char *ftqp_status_name(int status) {
         case FTQP_PROCESSOR: return "this processor lacks instructions that the library uses; build it for a lower class, --cpu";
         case FTQP_NO_POSTURE: return "a posture is not finite, or puts a joint outside its range in arm.h; or a pose has none";
         case FTQP_NO_GOAL: return "no goal was given; call ftqp_go_to before ftqp_go, and ftqp_seek before ftqp_find";
+        case FTQP_NO_WAY: return "all ways out were tried, or this one was not found";
         case FTQP_UNSUPPORTED: return "this build, or this arm, does not have that; see bill.json";
         case FTQP_INTERNAL: return "compiled code has failed, which is a defect of ftqp; please report it";
         default: return "no status of ftqp";

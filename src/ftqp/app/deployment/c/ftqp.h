@@ -5,8 +5,9 @@
        ftqp_step(p, q, v, &target, 1);      q, v: what the encoders say now
        send(ftqp_q(p));                     or ftqp_v, ftqp_tau: what your drive takes
 
-   No call but ftqp_size and ftqp_open, and an ftqp_go that looks for a way, takes longer than some steps; none
-   allocates, locks, calls the system, keeps a pointer of yours but that of a search, or has a loop without a bound.
+   No call but ftqp_size, ftqp_open, ftqp_ways_out and ftqp_try, and an ftqp_go that looks for a way, takes longer than some
+   steps; none allocates, locks, calls the system, keeps a pointer of yours but that of a search or of ways out, or has a
+   loop without a bound.
    One planner belongs to one thread at a time; as many planners as you like may run side by side. A planner is plain
    memory: memcpy makes a copy that goes on from the same state, without a search.
 
@@ -72,6 +73,7 @@ enum {
     FTQP_PROCESSOR = -43,  /* the library was built for a processor with more instructions */
     FTQP_NO_POSTURE = -44, /* a posture is not finite, or puts a joint outside its range; or a pose has none */
     FTQP_NO_GOAL = -45,    /* ftqp_go was called without a goal or its search, or ftqp_find before ftqp_seek */
+    FTQP_NO_WAY = -46,     /* all ways out were tried, or this one was not found */
     FTQP_INTERNAL = -999   /* a defect of ftqp */
 };
 
@@ -96,6 +98,9 @@ typedef struct ftqp ftqp;
 
 /* A search for ways and postures: memory of ftqp_search_size bytes that you own, aligned to FTQP_ALIGNMENT. */
 typedef struct ftqp_search ftqp_search;
+
+/* Ways out of where an arm is stuck: memory of ftqp_ways_size bytes that you own, aligned to FTQP_ALIGNMENT. */
+typedef struct ftqp_ways ftqp_ways;
 
 /* Where the end effector should be now. */
 typedef struct ftqp_target {
@@ -156,7 +161,9 @@ enum {
     FTQP_HAS_THINGS = 4,      /* things in its scene that can be moved */
     FTQP_HAS_MASSES = 5,      /* ftqp_tau, ftqp_carry */
     FTQP_HAS_FREE_JOINTS = 6, /* faults of kind FTQP_FREE_SWINGING */
-    FTQP_HAS_GOALS = 7        /* ftqp_go_to, straight; ftqp_go_round and ftqp_go_to_pose go anywhere; none has ways out */
+    FTQP_HAS_GOALS = 7,       /* ftqp_go_to, straight; ftqp_go_round and ftqp_go_to_pose go anywhere */
+    FTQP_HAS_WAYS_OUT = 8,    /* ftqp_ways_out, ftqp_try, ftqp_go_out */
+    FTQP_HAS_WAY_BACK = 9     /* of these, the way that the arm has come: built with remember, see ftqp_ways_out */
 };
 
 /* Where an arm stands on its way to a posture. */
@@ -166,6 +173,32 @@ enum {
     FTQP_UNREACHABLE = 2, /* it rests as near as it gets: a joint that has failed or is too weak is elsewhere */
     FTQP_HALTED = 3       /* a stop is latched; it goes on after ftqp_resume */
 };
+
+/* Ways out of where an arm is stuck, in the order in which they are tried. */
+enum {
+    FTQP_WAY_BACK = 0,        /* back along the way that the joints have come */
+    FTQP_WAY_BACK_BY_TIP = 1, /* after a failure: back along the way of the end effector */
+    FTQP_WAY_HOME = 2,
+    FTQP_WAY_HALT = 3,        /* to a posture near by in which the arm can stand for long */
+    FTQP_WAY_STOP = 4         /* where braking ends */
+};
+
+/* A way out, as it was tried. */
+typedef struct ftqp_way {
+    int64_t kind;     /* FTQP_WAY_BACK and others */
+    int64_t clear;    /* 1: it arrives, motors can hold the arm everywhere on it, and it meets nothing */
+    int64_t arrives;  /* 1: the arm comes to rest at its end, without a stop */
+    int64_t near;     /* 1: it comes too near to something */
+    int64_t still;    /* rows in which the end effector can still move at its end: 6 all, 5 all but a turn about the
+                         tool's axis, 3 its place, 0 */
+    int64_t rows;     /* back by the tip: which of x, y, z, rx, ry, rz are kept on the way, a bit each, x is 1 */
+    double time;      /* how long it takes [s]: to the tick, where the arm follows its commands */
+    double clearance; /* the least distance on the way from what it must not meet [m]; HUGE_VAL: nothing is known */
+    double effort;    /* the largest share of a torque limit that holds the arm at its end */
+    double limit;     /* from the joint that is nearest to an end of its range, at its end [rad or m] */
+    double force;     /* the largest force that the base bears on the way [N]; 0 without masses */
+    double moment;    /* the largest torque, about its origin [N m] */
+} ftqp_way;
 
 /* How many bytes a planner from this file needs, into *need: 0, or a mistake. */
 int ftqp_size(const void *file, size_t bytes, size_t *need);
@@ -235,6 +268,28 @@ int ftqp_go(ftqp *p, const double *q, const double *v);
 /* Where the arm stands on its way, as it was measured for the last ftqp_go: FTQP_MOVING and others, or a mistake.
    Joints that are within 1 mrad or 1 mm of their goal have reached it. */
 int ftqp_arrived(const ftqp *p);
+
+/* How many bytes ways out take; 0 of memory that holds no planner. */
+size_t ftqp_ways_size(const ftqp *p);
+
+/* Begin to look for ways out of where the arm is commanded to be, at rest or moving, also where it is stopped: with the
+   joints that work, as the planner believes them now. home: where the arm belongs, n numbers, ftqp_arm_neutral of arm.h;
+   NULL leaves that way out. There is a way back where the arm was built with remember, the seconds of motion that are kept
+   (remember = 20.0 under [planner] of a scenario; a robot without one has 20 s). While a joint swings freely there is the
+   stop only; where it hangs at rest beside a brake of its own, each way begins with that brake. The planner is copied,
+   ftqp_size bytes, and is left as it is; ask anew when a joint fails or a thing is moved. FTQP_UNSUPPORTED of an arm whose
+   base floats. */
+int ftqp_ways_out(const ftqp *p, ftqp_ways *w, const double *home);
+
+/* Think on for about so many looks at postures or steps of the arm, 1 and more: 1, and one way more was tried, out; 0: not
+   yet, call it again, in the next period if you like; FTQP_NO_WAY: all were. Looks of any number find the same, as
+   planner.ways_out() does in Python. A look takes as long as a step, but for
+   calls that copy the planner, where a way begins, or find the pace of its motion: those take some hundred steps. */
+int ftqp_try(ftqp_ways *w, int looks, ftqp_way *out);
+
+/* Go a way out that was tried, from the next ftqp_go on; of a kind that was tried with several sets of rows the last one.
+   A planner that is stopped goes on after ftqp_resume. The memory is the planner's until another goal is given. */
+int ftqp_go_out(ftqp *p, ftqp_ways *w, int kind);
 
 /* How many bytes a search takes. Most are not touched by ftqp_find, and mostly no memory of the system then. */
 size_t ftqp_search_size(void);

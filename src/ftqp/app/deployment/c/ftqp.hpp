@@ -112,6 +112,19 @@ public:
         return q;
     }
 
+    // Ways out of where the arm is stuck, all of them, in the order in which they are tried; a loop that must not wait calls
+    // ftqp_ways_out and ftqp_try. out() goes one of a kind, by go(). It allocates memory of its own.
+    template <class Q> std::vector<ftqp_way> ways_out(const Q &home) {
+        if (!ways_) ways_ = taken(ftqp_ways_size(get()));
+        check(ftqp_ways_out(get(), ways(), data(home)));
+        std::vector<ftqp_way> found;
+        ftqp_way way{};
+        for (int code = 0; (code = ftqp_try(ways(), 10000, &way)) != FTQP_NO_WAY;)
+            if (checked(code) == 1) found.push_back(way);
+        return found;
+    }
+    void out(int kind) { check(ftqp_go_out(get(), ways(), kind)); }
+
     void report(const ftqp_fault &fault) { check(ftqp_report(get(), &fault)); }
     int believed(int joint) const { return checked(ftqp_believed(get(), joint)); }
     void withdraw(int joint) { check(ftqp_withdraw(get(), joint)); }
@@ -220,7 +233,8 @@ private:
         if (!search_) search_ = taken(ftqp_search_size());
         return reinterpret_cast<ftqp_search *>(search_.get());
     }
-    Memory memory_, search_;
+    ftqp_ways *ways() { return reinterpret_cast<ftqp_ways *>(ways_.get()); }
+    Memory memory_, search_, ways_;
 };
 
 }  // namespace ftqp_cpp

@@ -14,7 +14,6 @@ from ftqp.kernel.layout.thresholds import (
     ACCELERATION_SHARE,
     BANDWIDTH,
     BANDWIDTH_STEPS,
-    EXACT,
     LEAST_ACCELERATION,
     RISE_TIME,
 )
@@ -151,12 +150,6 @@ class JointTracker:
         return bool(self._on_way())
 
     @property
-    def left(self) -> float:
-        """How long the motion that was planned goes on [s], below zero once it is over."""
-        planned = self.ways.duration if self.ways is not None and self.W.plays else self.W.duration
-        return float(planned - self.W.t)
-
-    @property
     def goes_straight(self) -> bool:
         """Whether the tip goes straight, as far as is known."""
         ways = self.ways
@@ -176,12 +169,6 @@ class JointTracker:
         """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round."""
         way: FloatArray = np.array(self.W.goal[: len(q)]) - q
         return np.where(self.planner.robot.continuous, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)
-
-    def decay(self, off: float) -> float:
-        """About how long an error of the command takes to be ``EXACT`` [s]."""
-        J: Any = self._joints.fields
-        poles = float(J.kv) / 3.0 if J.kv else float(J.kp)
-        return float(np.log(max(off / EXACT, 1.0))) / poles
 
     def step(self, q: Any, v: Any, tau: Any = None, tip: Any = None) -> Step:
         """A step on the way; see ``Planner.step``."""
