@@ -130,6 +130,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     radius  f8[2]  how far the tip may be from them [m], and in turning times ``length`` [m]
     pair  i8[PAIRS]  pairs of the scene
     allow  f8[PAIRS]  how far each is apart at least [m]: ``keep``, or less where the start has less
+    parts  f8[PAIRS,3]  the way between the bodies that parted each when it was looked at last
     keep_allow  f8[KEEPS]  the same of what is kept
     ball_allow  f8[CAPSULES]  the same of a body and the balls of a cloud
     is_body  i8[CAPSULES]  a capsule is in a pair
@@ -137,6 +138,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     apart  i8[PAIRS,2]  the first joint that moves the one of its bodies and not the other, -1 none
     way  f8[N]  how far each joint goes from where the arm is looked at
     goes  f8[CAPSULES,N]  how far each body goes by the joints from each one on at most
+    at_least  f8[PAIRS]  pairs are so far apart at least, while the way is cut into intervals [m]
+    firm  f8  the least a_max over what a joint goes, there
     moved  f8[CAPSULES]  and by all of them
     keep_moved  f8[KEEPS]  the same of what is kept
     most_moved  f8  the most of ``moved``
