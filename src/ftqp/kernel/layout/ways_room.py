@@ -72,7 +72,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     given_place  f8[PLACES,N]
     a_least jerk  f8[N]  the least a_max, and the largest jerk
     start_met goal_met  i8  what stands in the way of the start, and of the last goal, see ``obstruction``
-    again  i8  what is proven is a motion that was found before
+    again  i8  what is proven is a motion that was found before, ...
+    again_with  f8  ... with this share of what is kept
     stage  i8  a ``WayStage``
     looks  i8  postures that were looked at
     until  i8  the number of them at which shortening ends

@@ -427,7 +427,7 @@ def _prove_next(K: Any) -> None:
         return
     while more > 1 and (i + more >= W.ticks or not _is_straight(K, table, i, i + more)):
         more //= 2
-    W.share = _proof(K)
+    W.share = W.again_with if W.again else _proof(K)
     if gap(table[i], table[i + more], K.chain.n) == 0.0 or passes(K, table[i], table[i + more]) >= 1.0:
         W.checked, W.chunk = i + more, min(2 * more, LONGEST)
     elif W.capped and more > 1:
@@ -470,10 +470,11 @@ def search_step(K: Any, looks: int) -> int:
 
 
 @jit
-def prove_again(K: Any, first: int) -> None:
-    """Let a motion that was found be proven anew from one of its places on."""
+def prove_again(K: Any, first: int, share: float) -> None:
+    """Let a motion that was found be proven anew from one of its places on, with a share of what is kept."""
     W = K.ways
     W.stage, W.again, W.is_free, W.checked, W.chunk = PROVING, 1, 0, first, 1
+    W.again_with = max(share, _proof(K))
 
 
 @part_jit
