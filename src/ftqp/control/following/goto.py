@@ -163,14 +163,15 @@ class GoTo:
         self._leg: TipTracker | JointTracker = self._joints if self._tip is None else self._tip
         self._leg.begin()
         self._taken, self._looked_for = 0, ""
+        self._refusal: str | None = None
+        if self._asked is None:
+            return
         planner = self._planner
-        self._refusal = None if self._asked is None else refusal(planner)
-        if (
-            self._asked is not None and not self._refusal and not planner.avoids
-        ):  # which nears it by a free way
+        self._refusal = refusal(planner)
+        if not self._refusal and not planner.avoids:  # in a scene a free way nears it
             self._refusal = out_of_reach(planner.robot, self._pose[:3, 3])
-        if self._asked is not None and not self._refusal and not planner.tasks:
-            self._leg = self._joints
+        if not self._refusal and not planner.tasks:
+            self._leg, self._taken = self._joints, 1
             self._joints.seek(None, straight=self._limits, nears=True, **self._asked)
 
     def reset(self, q: Any, v: Any = None) -> None:
