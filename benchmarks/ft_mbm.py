@@ -191,7 +191,7 @@ class Trial:
         row = {
             "reached": said, "false": said and not there, "moved": moved > 1e-9,
             "least": self.judge.least(self.things, rows[:: max(1, round(0.02 / dt))]),
-            "time": len(rows) * dt, "longest": longest, "sentence": motion.sentence,
+            "keep": self.given.keep, "time": len(rows) * dt, "longest": longest, "sentence": motion.sentence,
             "stood": rows[stood or 0],
             "jerk": np.delete(jerk, lock[:1], axis=1).max(),
         }  # fmt: skip
@@ -219,7 +219,8 @@ def told(kind, rows):
     if "solved" in rows[0]:
         line += among_solved(rows)
     print(
-        f"{line}; touches {sum(row['least'] <= 0.0 for row in rows)}, least distance by meshes "
+        f"{line}; touches {sum(row['least'] <= 0.0 for row in rows)}, nearer than is kept "
+        f"{sum(row['least'] < row['keep'] for row in rows)}, least distance by meshes "
         f"{1e3 * min(row['least'] for row in rows):.1f} mm; false {sum(row['false'] for row in rows)}, "
         f"locked joints moved {sum(row['moved'] for row in rows)}; jerk beyond a_max/T in "
         f"{sum(row['jerk'] > 1.02 for row in rows)}, up to {max(row['jerk'] for row in rows):.1f} times; "

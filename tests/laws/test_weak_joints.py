@@ -253,7 +253,7 @@ def test_joints_that_the_scheme_goes_on_moving_do_not_keep_a_pose_from_being_rea
     planner, start = ftqp.Planner(panda, DT, scheme="man"), panda.neutral.copy()
     start += np.random.default_rng(1).uniform(-0.4, 0.4, 7)
     planner.reset(start)
-    goto = ftqp.GoTo(planner, pose=panda.pose(panda.neutral))
+    goto = ftqp.GoTo(planner, pose=panda.pose(panda.neutral), straight=True)
     ended(goto, start, 20.0)
     assert goto.status is ftqp.GoToStatus.REACHED
     assert goto.sentence == "the end effector is at its goal, while the scheme goes on moving the joints"

@@ -23,7 +23,7 @@ from ftqp.control.planner.status import with_reason
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.ways.joint_tracker import JointTracker
 from ftqp.control.planner.ways.way_out import WayOut
-from ftqp.control.planner.ways.ways import Ways, looks_per_tick, refusal
+from ftqp.control.planner.ways.ways import refusal
 from ftqp.control.references.jerk_limit import TipLimits
 from ftqp.core.checks import FloatArray, frozen, instance, positive
 from ftqp.core.errors import InputError
@@ -32,7 +32,6 @@ from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import HELD, STOPPED, STOPPING, Going
 from ftqp.kernel.layout.thresholds import AT_REST, EXACT, PATIENCE, RESTLESS_PATIENCE, RISE_TIME
-from ftqp.kernel.layout.ways_room import WayStage
 
 _LOG = logging.getLogger("ftqp")
 SETTLED = 0.1
@@ -46,16 +45,16 @@ MAX_WAYS = 4
 class GoTo:
     """Moves an arm to a pose of its end effector or to a posture of all joints, where it rests.
 
-    A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
-    straight motion of the end effector; both with limited jerk, and both within every limit of the planner.
-    In a scene, or where distances are kept, both are one timed motion of the joints that is proven free
-    before it begins. When a joint fails, the way is planned anew at the same tick from the position and
-    velocity of the command: the others go to their places, or the end effector as near as it gets. Where
-    the joints cannot follow the straight way to a pose, or come no nearer on it, postures of the goal are
-    looked for, a little in every tick, while the arm comes to rest, and the joints go to one to which
-    there is a way. A goal that is not reached is reported as ``UNREACHABLE`` together with the distance
-    and with what was looked for, once the arm rests. An arm that oscillates next to a pose goes back to
-    where it was nearest and its motors can hold it, and rests there; else the planner stops it.
+    Both are motions of the joints, as fast as the limits that are believed allow, with limited jerk and
+    within every limit of the planner; on the way to a pose the end effector goes straight where the joints
+    can follow that. In a scene, or where distances are kept, the motion is proven free before it begins.
+    When a joint fails, the way is planned anew at the same tick from the position and velocity of the
+    command: the others go to their places, or the end effector as near as it gets. Where the joints cannot
+    follow the straight way to a pose, postures of the goal are looked for, a little in every tick, while
+    the arm comes to rest, and the joints go to one to which there is a way. A goal that is not reached is
+    reported as ``UNREACHABLE`` together with the distance and with what was looked for, once the arm rests.
+    An arm that oscillates next to a pose goes back to where it was nearest and its motors can hold it, and
+    rests there; else the planner stops it.
 
     Args:
         planner: The planner that it commands; with any scheme, task and backend.
@@ -82,7 +81,7 @@ class GoTo:
     """
 
     __slots__ = (
-        "_ahead", "_aim", "_approach", "_asked", "_joints", "_least", "_leg", "_limits",
+        "_aim", "_approach", "_asked", "_joints", "_least", "_leg", "_limits",
         "_looked_for", "_nearest", "_only_the_tip", "_planner", "_pose", "_refusal", "_rotation_tolerance",
         "_settling", "_status", "_stopped", "_taken", "_tip", "_to_posture", "_tolerance",
         "_turned_back", "_view",
@@ -164,18 +163,16 @@ class GoTo:
         self._leg: TipTracker | JointTracker = self._joints if self._tip is None else self._tip
         self._leg.begin()
         self._taken, self._looked_for = 0, ""
-        self._ahead: Ways | None = None
+        self._refusal: str | None = None
+        if self._asked is None:
+            return
         planner = self._planner
-        self._refusal = None if self._asked is None else refusal(planner)
-        if (
-            self._asked is not None and not self._refusal and not planner.avoids
-        ):  # which nears it by a free way
+        self._refusal = refusal(planner)
+        if not self._refusal and not planner.avoids:  # in a scene a free way nears it
             self._refusal = out_of_reach(planner.robot, self._pose[:3, 3])
-        if self._asked is not None and not self._refusal and planner.avoids and not planner.tasks:
-            self._leg = self._joints
+        if not self._refusal and not planner.tasks:
+            self._leg, self._taken = self._joints, 1
             self._joints.seek(None, straight=self._limits, nears=True, **self._asked)
-        elif self._asked is not None and not self._refusal and self._view.is_reset:
-            self._ahead = Ways(planner, straight=self._limits, **self._asked)
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -353,8 +350,6 @@ class GoTo:
             elif joints.state is not Going.MOVING:
                 self._rest(np.inf)
             return
-        if self._cannot_go_straight() and self._goes_round():
-            return
         tip = self._leg
         assert isinstance(tip, TipTracker)
         commanded, measured = self._distances(tip, step)
@@ -384,18 +379,6 @@ class GoTo:
             self._rest(measured)
         elif waited > RESTLESS_PATIENCE:
             self._end_swing(approach.stayed > PATIENCE)
-
-    def _cannot_go_straight(self) -> bool:
-        """Think for a tick of whether joints can follow the straight way; true once, where they cannot."""
-        if self._asked is None or self._refusal or self._taken:
-            return False
-        if self._ahead is None:
-            self._ahead = Ways(self._planner, straight=self._limits, **self._asked)
-        ways = self._ahead
-        if ways.stage is WayStage.FOLLOWING:
-            ways.search_step(looks_per_tick(self._planner.dt))
-            return not ways.goes_straight
-        return False
 
     def _goes_round(self) -> bool:
         """Let the joints go another way, if one may be looked for; whether they do."""

@@ -9,7 +9,15 @@ from ftqp.control.scene.placed_shapes import CLOUD, Clearance, Content, Placed
 from ftqp.control.scene.solid_shapes import KINDS, HalfSpace, Hull, Sphere, fitting, simpler
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.scene_room import BODY_CORNERS, CAPSULES, CLOUD_BODIES, NEAREST, PAIRS, SEGMENT
+from ftqp.kernel.layout.scene_room import (
+    BLOCK,
+    BODY_CORNERS,
+    CAPSULES,
+    CLOUD_BODIES,
+    NEAREST,
+    PAIRS,
+    SEGMENT,
+)
 from ftqp.model.capsules import Capsule
 from ftqp.model.followers import coupled_places
 from ftqp.model.frames import mount_of
@@ -133,14 +141,15 @@ class Layout:
         room = self._room
         known = {at: one.corners for at, one in enumerate(capsules) if one.corners is not None}
         end, room.hull_of[:] = 0, 0
-        if sum(map(len, known.values())) > BODY_CORNERS:
-            most = max(BODY_CORNERS // len(known), 4)
+        if sum(-(-len(corners) // BLOCK) for corners in known.values()) * BLOCK > BODY_CORNERS:
+            most = BODY_CORNERS // BLOCK // len(known) * BLOCK
             known = {at: simpler(corners, most) for at, corners in known.items()}
         for at, corners in known.items():
             T = mount_of(self._robot, capsules[at].frame or "universe")[1]
-            room.hull_of[at] = end, end + len(corners)
-            room.hull_corner[end : end + len(corners)] = corners @ T[:3, :3].T + T[:3, 3]
-            end += len(corners)
+            blocks = np.pad(corners, ((0, -len(corners) % BLOCK), (0, 0)), mode="edge")
+            room.hull_of[at] = end, end + len(blocks)
+            room.hull_corner[:, end : end + len(blocks)] = T[:3, :3] @ blocks.T + T[:3, 3:]
+            end += len(blocks)
 
     def _bodies(self) -> list[Capsule]:
         """The capsules, and behind them the two ends of each, where there is more than balls.

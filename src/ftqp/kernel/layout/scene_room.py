@@ -27,8 +27,9 @@ PAIRS = 1024
 HULL_CORNERS, HULL_EDGES, HULL_FACES = 512, 1024, 640
 """The most corners, edges and faces of all hulls around an arm. Conventions, which size memory: 64 boxes have
 512, 768 and 384."""
-BODY_CORNERS = 2048
-"""The most corners of the bodies of an arm. A convention, which sizes memory: a Panda's meshes have 1,000."""
+BODY_CORNERS, BLOCK = 2048, 8
+"""The most corners of the bodies of an arm, of which each has whole blocks: as many as are looked at at once.
+A convention, which sizes memory: a Panda's meshes have 1,000."""
 
 
 Shape = IntEnum("Shape", "NOTHING SEGMENT HALF_SPACE BOX CYLINDER HULL", start=0)
@@ -146,7 +147,7 @@ scene  What ``ftqp.kernel.scene`` knows: the arm as capsules, what is around, an
     face  f8[HULL_FACES,4]  the normal n and the offset d of n'x <= d in the hull's own frame
     corners_of  i8[SHAPES,2]  first corner of a hull, and the one behind its last
     hull_of  i8[CAPSULES,2]  the same of the convex body in a capsule, alike where only that is known
-    hull_corner  f8[BODY_CORNERS,3]  in the frame of the body
+    hull_corner  f8[3,BODY_CORNERS]  in the frame of the body; those of each fill blocks of eight
     simplex  f8[4,10]  memory: w = x - y, x on the first body, y on the second, and the share of each corner
 ahead  Kinematics at the predicted posture: q + v dt, or q itself at the velocity level.
     q sine cosine  f8[N]

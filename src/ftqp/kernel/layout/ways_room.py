@@ -101,7 +101,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     given_place  f8[PLACES,N]
     a_least jerk  f8[N]  the least a_max, and the largest jerk
     start_met goal_met  i8  what stands in the way of the start, and of the last goal, see ``obstruction``
-    again  i8  what is proven is a motion that was found before
+    again  i8  what is proven is a motion that was found before, ...
+    again_with  f8  ... with this share of what is kept
     stage  i8  a ``WayStage``
     looks  i8  postures that were looked at
     until  i8  the number of them at which shortening ends
@@ -159,6 +160,7 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     radius  f8[2]  how far the tip may be from them [m], and in turning times ``length`` [m]
     pair  i8[PAIRS]  pairs of the scene
     allow  f8[PAIRS]  how far each is apart at least [m]: ``keep``, or less where the start has less
+    parts  f8[PAIRS,3]  the way between the bodies that parted each when it was looked at last
     keep_allow  f8[KEEPS]  the same of what is kept
     ball_allow  f8[CAPSULES]  the same of a body and the balls of a cloud
     is_body  i8[CAPSULES]  a capsule is in a pair
@@ -166,6 +168,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
     apart  i8[PAIRS,2]  the first joint that moves the one of its bodies and not the other, -1 none
     way  f8[N]  how far each joint goes from where the arm is looked at
     goes  f8[CAPSULES,N]  how far each body goes by the joints from each one on at most
+    at_least  f8[PAIRS]  pairs are so far apart at least, while the way is cut into intervals [m]
+    firm  f8  the least a_max over what a joint goes, there
     moved  f8[CAPSULES]  and by all of them
     keep_moved  f8[KEEPS]  the same of what is kept
     most_moved  f8  the most of ``moved``

@@ -275,7 +275,7 @@ def refined_distance(K: Any, p: int, d: float, n: Any, near: Any, far: Any) -> f
         write(near, 0, lowest)
         write(far, 0, minus(lowest, times(height, three(n))))
         return height
-    apart = distance_of_hulls(K, c, other, inf, 0.0)
+    apart = distance_of_hulls(K, c, other, inf, 0.0, n)
     if apart <= TOUCHING:
         return d
     nearest_points(scene, near, far)

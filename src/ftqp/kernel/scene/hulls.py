@@ -10,8 +10,10 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import point_of
 from ftqp.kernel.jit import exact_jit, jit
-from ftqp.kernel.layout.scene_room import BOX, CYLINDER, HULL, SEGMENT
+from ftqp.kernel.layout.scene_room import BLOCK, BOX, CYLINDER, HULL, SEGMENT
+from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.linear_systems import assign
+from ftqp.kernel.maths.side_by_side import largest_of, load_lanes, numbers
 from ftqp.kernel.maths.vectors import (
     Vector,
     minus,
@@ -69,6 +71,24 @@ def _farthest_corner(corners: Any, first: int, last: int, d: Vector) -> int:
     return best
 
 
+@jit
+def _along(corners: Any, at: int, d: Vector) -> Any:
+    """How far eight corners of a body are along d."""
+    x, y, z = load_lanes(corners[0], at), load_lanes(corners[1], at), load_lanes(corners[2], at)
+    return d[0] * x + d[1] * y + d[2] * z
+
+
+@jit
+def _farthest_of_body(corners: Any, first: int, last: int, d: Vector) -> Vector:
+    """The same of a body of the arm, whose corners, (3, k), fill blocks of eight."""
+    most, best = _along(corners, first, d), numbers(first)
+    for at in range(first + BLOCK, last, BLOCK):
+        s = _along(corners, at, d)
+        best, most = select(s > most, numbers(at), best), select(s > most, s, most)
+    k = int(largest_of(select(most >= largest_of(most), best, -1.0)))
+    return corners[0, k], corners[1, k], corners[2, k]
+
+
 @exact_jit
 def _farthest(K: Any, t: int, d: Vector) -> Vector:
     """The point of a capsule t, or of an obstacle -1 - t, that is farthest along d, its radius left out."""
@@ -79,9 +99,7 @@ def _farthest(K: Any, t: int, d: Vector) -> Vector:
             a, b = three(scene.a[t]), three(scene.b[t])
             return a if _dot(a, d) >= _dot(b, d) else b
         local = d if body < 0 else rotated_back(K.ahead.R[body], d)
-        return point_of(
-            K.ahead, body, scene.hull_corner[_farthest_corner(scene.hull_corner, first, last, local)]
-        )
+        return point_of(K.ahead, body, _farthest_of_body(scene.hull_corner, first, last, local))
     o = -1 - t
     turn, e = scene.turn[o], scene.extent[o]
     u = rotated_back(turn, d)
@@ -181,15 +199,17 @@ def _middle(scene: Any, t: int) -> Vector:
 
 
 @exact_jit
-def distance_of_hulls(K: Any, c: int, other: int, above: float, below: float) -> float:
+def distance_of_hulls(K: Any, c: int, other: int, above: float, below: float, way: Any) -> float:
     """The distance of a capsule's body from another thing, radii left out; 0 where they meet.
 
     It ends early with a distance that is certain to be more than ``above``, or at most ``below``. Behind it
-    ``scene.simplex`` has ``scene.corners`` corners with their shares.
+    ``scene.simplex`` has ``scene.corners`` corners with their shares. It begins along ``way``, from the other
+    thing to the body, and leaves there what it has found: what parts them in a place parts them beside it.
     """
     scene = K.scene
-    Y, k, last = scene.simplex, 0, inf
-    v = _less(_middle(scene, c), _middle(scene, other))
+    Y, k, last, v = scene.simplex, 0, inf, three(way)
+    if _dot(v, v) < SAME * SAME:
+        v = _less(_middle(scene, c), _middle(scene, other))
     if _dot(v, v) < SAME * SAME:
         v = (1.0, 0.0, 0.0)
     for _ in range(ROUNDS):
@@ -197,6 +217,7 @@ def distance_of_hulls(K: Any, c: int, other: int, above: float, below: float) ->
         w = _less(x, y)
         vv, vw = _dot(v, v), _dot(v, w)
         if vw > 0.0 and vw * vw > above * above * vv:
+            write(way, 0, v)
             return vw / sqrt(vv)
         if k > 0 and (vv - vw <= SAME * vv or vv >= last):
             break
@@ -212,6 +233,8 @@ def distance_of_hulls(K: Any, c: int, other: int, above: float, below: float) ->
         k = _keep_share(Y, k, j, t)
         k = _keep_share(Y, k, m, u) if m != j else k
     scene.corners = k
+    if _dot(v, v) > SAME * SAME:
+        write(way, 0, v)
     return sqrt(_dot(v, v))
 
 

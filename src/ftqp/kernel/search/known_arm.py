@@ -130,6 +130,7 @@ def know_surroundings(K: Any, q: Any) -> None:
     pose_arm(K, q)
     place_bodies(K)
     for k in range(W.pairs):
+        W.parts[k, 0] = W.parts[k, 1] = W.parts[k, 2] = 0.0
         p = W.pair[k]
         body, other = scene.body[scene.first[p]], -1
         if scene.second[p] >= 0:

@@ -183,7 +183,7 @@ def _turned(K: Any, body: int) -> float:
 
 
 @jit
-def _know_moved(K: Any) -> float:
+def know_moved(K: Any) -> float:
     """How far bodies and what is kept go from here at most; the farthest of the bodies."""
     scene, W, keeps, chain, most = K.scene, K.ways, K.keeps, K.chain, 0.0
     for j in range(chain.n):
@@ -202,14 +202,20 @@ def _know_moved(K: Any) -> float:
 
 
 @jit
-def _room_of(K: Any, k: int) -> float:
-    """How near the bodies of pair k may come here, with what they go from each other [m]."""
-    scene, W, p = K.scene, K.ways, K.ways.pair[k]
-    r = W.share * W.allow[k] if W.allow[k] > 0.0 else W.allow[k]
+def goes_of_pair(K: Any, k: int) -> float:
+    """How far the bodies of pair k go from each other at most, as ``know_moved`` has it [m]."""
+    scene, W, p, r = K.scene, K.ways, K.ways.pair[k], 0.0
     for side in range(2):
         if W.apart[k, side] >= 0:
             r += W.goes[scene.first[p] if side == 0 else scene.second[p], W.apart[k, side]]
     return r
+
+
+@jit
+def _room_of(K: Any, k: int) -> float:
+    """How near the bodies of pair k may come here, with what they go from each other [m]."""
+    W = K.ways
+    return (W.share * W.allow[k] if W.allow[k] > 0.0 else W.allow[k]) + goes_of_pair(K, k)
 
 
 @jit
@@ -248,7 +254,7 @@ def is_pair_near(K: Any, k: int) -> bool:
         height, _ = depth_below(K, c, -1 - other)
         return height <= r
     far = r + radii_of_pair(scene, c, other)
-    return far >= 0.0 and distance_of_hulls(K, c, other, far, far) <= far
+    return far >= 0.0 and distance_of_hulls(K, c, other, far, far, K.ways.parts[k]) <= far
 
 
 @jit
@@ -306,7 +312,7 @@ def _met(K: Any, q: Any) -> int:
         if heavy:
             return EFFORT_MET + heavy
     place_bodies(K)
-    W.most_moved = _know_moved(K)
+    W.most_moved = know_moved(K)
     if W.most_moved > WIDEST:
         return TOO_WIDE
     for t in range(K.keeps.count):

@@ -40,7 +40,8 @@ from ftqp.kernel.scene.clearance import (
 from ftqp.kernel.scene.hulls import refines
 from ftqp.kernel.search.known_arm import know_surroundings
 from ftqp.kernel.search.looks import (
-    are_capsules_near,
+    goes_of_pair,
+    know_moved,
     obstruction,
     passes,
     place_bodies,
@@ -62,6 +63,8 @@ than the second [rad or m]. Guesses."""
 FAR, BY_HULLS = 0.8, 0.1
 """Pairs whose capsules are farther apart than the first [m] do not slow the motion down: a row holds the hand
 of a Panda at 2.2 m/s from 0.6 m on. Nearer than the second it is known by hulls how far they are. Guesses."""
+STRETCH = 1.5
+"""The last interval of a piece may be so many times as long as the others. A convention."""
 APPROACH, CREEP = 0.8, 0.01
 """Bodies come near with this share of what a planner's rows allow, or with the second [m/s], if that is
 more. Guesses (``python benchmarks/ft_mbm.py``)."""
@@ -97,6 +100,7 @@ def round_corner(K: Any) -> None:
             _give_up(W)
             return
         W.stage, W.paced, W.grid, W.cut, W.held = PACING, 0, 0, 0.0, inf
+        W.at_least[: W.pairs] = -inf
         total = 0.0
         for p in range(k):
             total += W.size_of[p]
@@ -214,36 +218,81 @@ def _proof(K: Any) -> float:
 
 
 @jit
-def _slow_down(K: Any, k: int, i: int) -> None:
+def _does_not_matter(K: Any, i: int, x: float, r: float) -> bool:
+    """Whether bodies with x left at least neither slow interval i down nor end it.
+
+    For the row G of a pair sum |G_j q'_j| <= r. Then sum |G_j| a_j is at least r times the least a_j/|q'_j|
+    where the sum is r, and where it is less, a larger pace is allowed.
+    """
+    W = K.ways
+    if r <= NONE:
+        return True
+    if x <= 0.0 or max(CLOSER * x / r, SHORTEST) < W.ds[i]:
+        return False
+    by = max(K.scene.share * W.firm * r, LEAST_BRAKE)
+    v = max(APPROACH * approach_speed(K.scene, x, by, W.dt), CREEP) / r
+    return bool(v * v > min(W.top[i], W.held))
+
+
+@jit
+def _slow_down(K: Any, k: int, i: int, ahead: float) -> None:
     """Let pair k of bodies come near no faster in interval i than the rows of a planner let them.
 
     Nor as fast as they would if any one of the joints stopped dead there. The interval ends before they have
-    come much nearer.
+    come much nearer. How far apart they are is looked at where it matters.
     """
     W, scene, chain = K.ways, K.scene, K.chain
-    p, n, near, far = W.pair[k], W.normal, W.one, W.other
-    d = distance_of_capsules(K, p, n, near, far)
+    p, n, near, far, least = W.pair[k], W.normal, W.one, W.other, _proof(K) * scene.keep
+    most = goes_of_pair(K, k) / ahead
+    if _does_not_matter(K, i, W.at_least[k] - least, most):
+        return
+    d = W.at_least[k] = distance_of_capsules(K, p, n, near, far)
+    if d > FAR or _does_not_matter(K, i, d - least, most):
+        return
     if d < BY_HULLS and refines(scene, scene.first[p], scene.second[p]):
         W.looks += 1
         d = refined_distance(K, p, d, n, near, far)
+        W.at_least[k] = max(W.at_least[k], min(d, BY_HULLS))
     add_gradient(K, p, n, near, far, W.row)
     if chain.mimics:
         fold_row(chain, W.row)
-    c, rate, most, brake, x = W.c[W.piece[i]], 0.0, 0.0, 0.0, d - _proof(K) * scene.keep
+    c, rate, most, brake, x = W.c[W.piece[i]], 0.0, 0.0, 0.0, d - least
     for j in range(chain.n):
         W.drawn[j] = W.row[j] * (c[1, j] + 2.0 * W.s[i] * c[2, j]) if W.free[j] else 0.0
         rate += W.drawn[j]
         most += abs(W.drawn[j])
         brake += abs(W.row[j]) * W.a_max[j] if W.free[j] else 0.0
-    if most > NONE:
-        W.ds[i] = min(W.ds[i], max(CLOSER * x / most, SHORTEST))
+    if _does_not_matter(K, i, x, most):
+        return
+    W.ds[i] = min(W.ds[i], max(CLOSER * x / most, SHORTEST))
     for j in range(-1, chain.n):  # with all joints, and without each
         is_left = j < 0 or not W.free[j]
         left = rate - (0.0 if is_left else W.drawn[j])
         if left < 0.0:
             by = max(scene.share * (brake - (0.0 if is_left else abs(W.row[j]) * W.a_max[j])), LEAST_BRAKE)
             v = max(APPROACH * approach_speed(scene, x, by, W.dt), CREEP) / -left
-            W.top[i] = min(W.top[i], v * v)
+            if v * v < W.top[i]:
+                W.top[i], W.met = v * v, k + 1
+
+
+@jit
+def _slow_bodies_down(K: Any, i: int) -> float:
+    """Let no pair come near too fast in interval i; how far ahead ``know_moved`` has looked [rad or m]."""
+    W, c, ahead, first = K.ways, K.ways.c[K.ways.piece[i]], STRETCH * K.ways.ds[i], K.ways.met - 1
+    W.firm = inf
+    for j in range(K.chain.n):
+        v, w = abs(c[1, j] + 2.0 * W.s[i] * c[2, j]), abs(c[1, j] + 2.0 * (W.s[i] + ahead) * c[2, j])
+        W.way[j] = ahead * max(v, w) if W.free[j] else 0.0
+        W.firm = min(W.firm, W.a_max[j] / v) if W.free[j] and v > 0.0 else W.firm
+    place_bodies(K)
+    know_moved(K)
+    if first >= 0:  # the one that slowed the last interval down leaves least to the others
+        _slow_down(K, first, i, ahead)
+    for k in range(W.pairs):
+        if k != first:
+            _slow_down(K, k, i, ahead)
+    _stay_slow(W, i)
+    return ahead
 
 
 @jit
@@ -311,7 +360,7 @@ def pace_next(K: Any) -> None:
         W.stage = SAMPLING
         _begin_sampling(K)
         return
-    c, s = W.c[W.piece[i]], W.s[i]
+    c, s, ahead = W.c[W.piece[i]], W.s[i], 1.0
     for j in range(n):
         W.q[j] = c[0, j] + s * (c[1, j] + s * c[2, j])
     if W.pairs > 0 or W.straight:
@@ -320,13 +369,11 @@ def pace_next(K: Any) -> None:
     if W.straight:
         _slow_tip(K, i)
     if W.pairs > 0:
-        place_bodies(K)
-        for k in range(W.pairs):
-            if are_capsules_near(K, k, FAR):
-                _slow_down(K, k, i)
-        _stay_slow(W, i)
+        ahead = _slow_bodies_down(K, i)
     left = W.size_of[W.paced] - W.cut
-    W.ds[i] = left if left < 1.5 * W.ds[i] else W.ds[i]
+    W.ds[i] = left if left < STRETCH * W.ds[i] else W.ds[i]
+    for k in range(W.pairs):
+        W.at_least[k] -= W.ds[i] / ahead * goes_of_pair(K, k)
     W.cut, W.grid = W.cut + W.ds[i], i + 1
 
 
@@ -380,7 +427,7 @@ def _prove_next(K: Any) -> None:
         return
     while more > 1 and (i + more >= W.ticks or not _is_straight(K, table, i, i + more)):
         more //= 2
-    W.share = _proof(K)
+    W.share = W.again_with if W.again else _proof(K)
     if gap(table[i], table[i + more], K.chain.n) == 0.0 or passes(K, table[i], table[i + more]) >= 1.0:
         W.checked, W.chunk = i + more, min(2 * more, LONGEST)
     elif W.capped and more > 1:
@@ -423,10 +470,11 @@ def search_step(K: Any, looks: int) -> int:
 
 
 @jit
-def prove_again(K: Any, first: int) -> None:
-    """Let a motion that was found be proven anew from one of its places on."""
+def prove_again(K: Any, first: int, share: float) -> None:
+    """Let a motion that was found be proven anew from one of its places on, with a share of what is kept."""
     W = K.ways
     W.stage, W.again, W.is_free, W.checked, W.chunk = PROVING, 1, 0, first, 1
+    W.again_with = max(share, _proof(K))
 
 
 @part_jit

@@ -308,7 +308,8 @@ def _bends(K: Any, W: Any, S: Any, first: int, count: int) -> bool:
 def _joins(K: Any, W: Any, J: Any, S: Any, looks: int) -> bool:
     """Go over from braking into the motion that was found, without a rest, where that is proven free.
 
-    It goes so far on into the motion as braking would still take.
+    It goes so far on into the motion as braking would still take. All that is kept is kept meanwhile: who
+    comes near there was not slowed down for it, as on the motion itself.
     """
     way, n = S.ways, K.chain.n
     period, ticks, count = way.period, way.ticks, 0
@@ -340,7 +341,7 @@ def _joins(K: Any, W: Any, J: Any, S: Any, looks: int) -> bool:
     for i in range(n):
         table[0, i] = W.q_now[i] if W.moves[i] else table[0, i]
     way.ticks = count + 2
-    prove_again(S, 1)
+    prove_again(S, 1, 1.0)
     search_step(S, looks)
     is_free = way.stage == READY and way.is_free
     way.stage, way.again, way.is_free, way.ticks = READY, 0, 1, ticks
@@ -397,7 +398,7 @@ def _prove_rest(K: Any, W: Any, S: Any, copies: Any) -> None:
     write_together(copies)
     know_asked(S, K)
     know_surroundings(S, K.state.q_command)
-    prove_again(S, min(int(W.t / way.period), way.ticks - 1))
+    prove_again(S, min(int(W.t / way.period), way.ticks - 1), PROOF)
     W.thinks = A_PROOF
 
 
