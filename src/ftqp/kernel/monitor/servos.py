@@ -60,7 +60,7 @@ SLOW, STILL = 0.02, 3.0
 """Slower than this [rad/s or m/s] where speeds are taken, or where positions are than gears play and so many
 standard deviations of the speed that is seen, a joint may be held by dry friction to either side."""
 MORE = 0.3
-"""At rest friction may hold by so much of f more or less than it brakes in motion: Stribeck's effect, loads."""
+"""At rest friction holds by this share of f more or less than it brakes in motion: Stribeck's effect, loads."""
 EITHER = 4.0 / 3.0
 """What friction holds is between -f and f: so many f^2 are the variance of twice that, if all are alike."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
