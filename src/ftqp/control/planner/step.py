@@ -512,10 +512,13 @@ class Step:
         )
 
     def keeper(self, rows: FloatArray, first: int, rest: int) -> Callable[[int, int], int]:
-        """What writes the planner's last step, ended as ``code``, into row k of ``rows``, for logs.
+        """What writes the planner's last step into a row, called with the row's number and `code`, for logs.
 
-        Where its numbers go, from places ``first`` and ``rest`` on, is said in
-        `ftqp.kernel.ticks.kept_row.keep_step`. The rows live as long as this does.
+        Args:
+            rows: The numbers of many steps, (K, width); they live as long as what is returned does.
+            first: The place in a row of ``a``, ``tau``, ``tau_brake``, ``lower`` and ``upper``, nv each.
+            rest: The place of slack (6), Jacobian (6 nv) and single numbers, see
+                `ftqp.kernel.ticks.kept_row.keep_step`.
         """
         assert self._session is not None
         return self._session.bind("keep_step", rows, *rows.shape, first, rest)
