@@ -71,7 +71,7 @@ class KinematicPlant(Plant):
 
     __slots__ = (
         "_arm", "_brake", "_dt", "_faults", "_holds_acceleration", "_impacts", "_led", "_q", "_robot",
-        "_shown", "_stops", "_ticks", "_v",
+        "_stops", "_ticks", "_v",
     )  # fmt: skip
 
     def __init__(
@@ -96,17 +96,16 @@ class KinematicPlant(Plant):
         self._ticks = 0
         self._holds_acceleration = level == "acceleration"
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
-        self._shown = seen(self._q), seen(self._v)
         self._faults: dict[int, Fault] = {}
         self._led = led_joints(robot.chain)
 
     @property
     def q(self) -> FloatArray:
-        return self._shown[0]
+        return seen(self._q)
 
     @property
     def v(self) -> FloatArray:
-        return self._shown[1]
+        return seen(self._v)
 
     @property
     def impacts(self) -> tuple[StopImpact, ...]:
