@@ -1,5 +1,6 @@
 """A planner that honours the contract with the least effort, so that the loop is tested by itself."""
 
+from functools import partial
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -10,6 +11,7 @@ from ftqp.control.planner.status import StepStatus
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.qp.problem import SolveStatus
+from ftqp.sim.log.signals import QP_CODES
 from ftqp.sim.plants.plant import Arm
 
 
@@ -28,7 +30,7 @@ class FakePlanner:
         self.scheme, self.task = SimpleNamespace(name="fake"), SimpleNamespace(mode="slack")
         self.backend, self.emergency = "none", None
         self.drive = SimpleNamespace(kind="position")
-        self.calls = []
+        self.calls, self.task_rows = [], tuple("xyzabc")
         self._a = np.zeros(robot.nv) if a is None else np.asarray(a, dtype=float)
         self._code, self._before = code, before
 
@@ -59,7 +61,7 @@ class FakePlanner:
             q_next = q + self.dt * v_next
         zero = np.zeros(len(q))
         code = self._code(k)
-        return SimpleNamespace(
+        self._made = SimpleNamespace(
             q=q_next,
             v=v_next,
             a=a,
@@ -76,7 +78,19 @@ class FakePlanner:
             jacobian=np.diag([2.0, 1.0, 1.0, 1.0, 1.0, 0.5 + 0.01 * k, 0.0])[:6, : len(q)],
             kappa=0.125,
             qp=SimpleNamespace(status=SolveStatus.SOLVED, iterations=3, residual=1e-12),
+            keeper=lambda rows, first, rest: partial(self._keep, rows, first, rest),
         )
+        return self._made
+
+    def _keep(self, rows, first, rest, k, code):
+        step = self._made
+        each = np.concatenate([step.a, step.tau, step.tau_brake, step.lower, step.upper])
+        rows[k, first : first + len(each)] = each
+        errors = step.position_error, step.rotation_error, step.scale, code
+        numbers = *errors, QP_CODES[step.qp.status], step.qp.iterations, step.qp.residual
+        further = np.concatenate([step.slack, step.jacobian.ravel(), numbers])
+        rows[k, rest : rest + len(further)] = further
+        rows[k, rest + len(further) + 1] = step.kappa
 
 
 @pytest.fixture(scope="session")

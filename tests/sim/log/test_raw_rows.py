@@ -5,13 +5,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import ftqp
+from ftqp.control.paths import Circle
+from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.qp import Recorder
 from ftqp.sim.base.moving_world import Platform
+from ftqp.sim.leader import ClockLeader, ClockTargets
 from ftqp.sim.log.description import recorded
-from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_arrays import Log, MemoryRows
 from ftqp.sim.log.raw_rows import PER_JOINT, RawLayout, table
-from ftqp.sim.log.signals import base_columns, columns
+from ftqp.sim.log.signals import QP_CODES, base_columns, columns
+from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 COUNT = 40
@@ -70,6 +74,45 @@ def test_columns_of_a_moving_base_follow():
     np.testing.assert_array_equal(log["base"][:, :3], base[:, :, 3])
     np.testing.assert_array_equal(log["disturbance"], raw[:, layout.fields["eta"]])
     np.testing.assert_array_equal(log["base_status"], raw[:, layout.fields["base_status"]][:, 0])
+
+
+@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+@pytest.mark.parametrize("damping", [None, ftqp.DirectionalDamping(threshold=1.0)])
+def test_the_log_has_what_each_step_says(panda, start, level, damping):
+    planner, said = ftqp.Planner(panda, 0.01, level=level, task=ftqp.Task(damping=damping)), []
+    leader = ClockLeader(planner, ClockTargets(Circle(start, 0.1, duration=1.0), 0.01, mean=False))
+    leader.reset(panda.neutral, np.zeros(7), 101)
+    rows = MemoryRows(columns(panda.joints, panda.chain.prismatic, level), {})
+    recorder = TickRecorder(rows, planner, leader)
+    q, v = panda.neutral.copy(), np.zeros(7)
+    for k in range(100):
+        leader.aim(k, q)
+        if k == 50:
+            planner.report(Locked(2))
+        step = leader.step(q, v)
+        recorder.write(0.01 * k, q, v, step, 1000)
+        said.append(step.copy())
+        q, v = step.q.copy(), step.v.copy()
+    recorder.flush()
+    log = rows.log
+    for name, part in (
+        ("a", "a"),
+        ("tau", "tau"),
+        ("tau_brake", "tau_brake"),
+        ("lb", "lower"),
+        ("ub", "upper"),
+    ):
+        np.testing.assert_array_equal(log[name], [getattr(step, part) for step in said])
+    for name in ("position_error", "rotation_error", "scale", "kappa"):
+        np.testing.assert_array_equal(log[name], [getattr(step, name) for step in said])
+    np.testing.assert_allclose(
+        log["slack"], [np.linalg.norm(step.slack) for step in said], rtol=1e-12, atol=1e-15
+    )
+    np.testing.assert_allclose(log["sigma_min"], [step.sigma_min for step in said], rtol=1e-9)
+    np.testing.assert_array_equal(log["status"], [step.code for step in said])
+    np.testing.assert_array_equal(log["qp_status"], [QP_CODES[step.qp.status] for step in said])
+    np.testing.assert_array_equal(log["qp_iterations"], [step.qp.iterations for step in said])
+    np.testing.assert_array_equal(log["qp_residual"], [step.qp.residual for step in said])
 
 
 @pytest.fixture(scope="module")

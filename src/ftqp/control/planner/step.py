@@ -1,7 +1,7 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, Final, NoReturn, final
 
@@ -122,17 +122,19 @@ def _by_themselves(live: np.dtype[Any], jacobian: tuple[int, int]) -> tuple[np.d
 
 
 @final
-class Parts:
-    """The parts of a step by name, each one-dimensional and read-only."""
+class Parts(dict[str, FloatArray]):
+    """The parts of a step by name, each one-dimensional and read-only, looked up when first read."""
 
     __slots__ = ("memory",)
 
     def __init__(self, memory: Any) -> None:
+        super().__init__()
         self.memory = memory
 
-    def __getitem__(self, name: str) -> FloatArray:
+    def __missing__(self, name: str) -> FloatArray:
         part: FloatArray = self.memory[name][0]
         part.flags.writeable = False
+        self[name] = part
         return part
 
     def kept(self, jacobian: FloatArray) -> "Parts":
@@ -297,7 +299,7 @@ class Step:
             if not parts["has_inertia"][0]:
                 return np.full(len(self._joints), np.nan)
             if self._session is not None:
-                self._session.torques()()
+                self._session.torques()
         return parts[name]
 
     def _takes_torques(self) -> bool:
@@ -373,7 +375,7 @@ class Step:
         A: FloatArray = field("qp", "A")[: int(parts["m"][0]), :n] / field("task", "length")
         if field("turned", "on")[0]:
             A = field("turned", "U")[: len(A), : len(A)] @ A
-        A[:, parts["code"] != HEALTHY] = 0.0
+        np.copyto(A, 0.0, where=parts["code"] != HEALTHY)
         return A
 
     @property
@@ -508,6 +510,18 @@ class Step:
         return QPReport(
             status, int(parts["iterations"][0]), max(task, bounds, dual), task, bounds, dual, self.duration
         )
+
+    def keeper(self, rows: FloatArray, first: int, rest: int) -> Callable[[int, int], int]:
+        """What writes the planner's last step into a row, called with the row's number and `code`, for logs.
+
+        Args:
+            rows: The numbers of many steps, (K, width); they live as long as what is returned does.
+            first: The place in a row of ``a``, ``tau``, ``tau_brake``, ``lower`` and ``upper``, nv each.
+            rest: The place of slack (6), Jacobian (6 nv) and single numbers, see
+                `ftqp.kernel.ticks.kept_row.keep_step`.
+        """
+        assert self._session is not None
+        return self._session.bind("keep_step", rows, *rows.shape, first, rest)
 
     def copy(self) -> "Step":
         """A step of its own, which later steps of the planner do not touch."""

@@ -11,7 +11,7 @@ Source: docs/theory/joint-limits.md, "Joints that mimic others".
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.maths.side_by_side import joint_sines
+from ftqp.kernel.maths.side_by_side import WIDTH, joint_sines, lane_mask
 from ftqp.kernel.maths.vectors import ZERO, Vector, cross, minus, plus, rotated, three, times, write
 
 
@@ -104,6 +104,16 @@ def columns(kinematics: Any, chain: Any) -> Any:
 
 
 @jit
+def followers(chain: Any, at: int) -> Any:
+    """Which of the joints at .. at + 7 mimic others: what may leave of those is decided by their leaders."""
+    which = lane_mask(0, at)
+    for m in range(at, min(at + WIDTH, chain.n)):
+        if chain.lead[m] != m:
+            which = which | (lane_mask(m + 1, at) & ~lane_mask(m, at))
+    return which
+
+
+@jit
 def mimic(chain: Any, x: Any) -> None:
     """Velocities, accelerations or steps of joints that mimic others, from those of their leaders."""
     for m in range(chain.n):
@@ -124,6 +134,14 @@ def forward_kinematics(K: Any, state: Any) -> None:
     """T_i = T_parent (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J."""
     joint_sines(state, K.kinematics, K.chain)
     frames(state, K.kinematics, K.chain)
+    jacobian(K.kinematics, K.chain)
+
+
+@part_jit
+def tip_of(K: Any, state: Any) -> None:
+    """The same without J, which stays that of another state."""
+    joint_sines(state, K.kinematics, K.chain)
+    frames(state, K.kinematics, K.chain)
 
 
 @jit
@@ -139,7 +157,7 @@ def _frame(
 
 @jit
 def frames(state: Any, kinematics: Any, chain: Any) -> None:
-    """The same from the sines and cosines of the joints."""
+    """Every joint's frame and the tip, from the sines and cosines of the joints."""
     n = chain.n
     # the frame before, in registers; at first that of the base
     x0 = y1 = z2 = 1.0
@@ -178,8 +196,13 @@ def frames(state: Any, kinematics: Any, chain: Any) -> None:
     p1 = o1 + y0 * t0 + y1 * t1 + y2 * t2
     p2 = o2 + z0 * t0 + z1 * t1 + z2 * t2
     kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2] = p0, p1, p2
-    J, p = kinematics.J, (p0, p1, p2)
-    for i in range(n):
+
+
+@jit
+def jacobian(kinematics: Any, chain: Any) -> None:
+    """J of the tip, from the frames."""
+    J, p = kinematics.J, three(kinematics.o_tip)
+    for i in range(chain.n):
         if not moves(chain, i, chain.tip_joint):
             J[0, i] = J[1, i] = J[2, i] = J[3, i] = J[4, i] = J[5, i] = 0.0
             continue

@@ -179,6 +179,7 @@ class Session:
         self._lent = (balls, *self._balls)
         return int(balls.ctypes.data)
 
+    @cached_property
     def torques(self) -> Call:
         """What fills in the torques of the last command, where the tick did without them."""
         return self.bind("torques")

@@ -143,6 +143,8 @@ kappa closed_forms.closed_form_tick takes P:reduced
 kinematics ticks.arm_states first takes K:arm nq
 inverse_dynamics ticks.arm_states first takes K:arm nq
 torques ticks.arm_states first c takes K:record
+keep_step ticks.kept_row first
+    takes K:record rows:f8[count,width] count width first rest k code
 servo_torques ticks.arm_states first takes K:arm S:servo q:object v:object limit:object
 pair_distances scene.clearance demo nogil
     takes K:record q:f8[samples,K.chain.n] out:f8[samples,K.scene.pairs] samples

@@ -8,7 +8,7 @@ Source: docs/theory/feedback.md, "The gate".
 from math import inf
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import forward_kinematics, mimic, mimic_places
+from ftqp.kernel.arm.kinematics import followers, forward_kinematics, mimic, mimic_places
 from ftqp.kernel.feedback.observer import dynamics_at_estimate
 from ftqp.kernel.feedback.reference import place_of
 from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE
@@ -99,16 +99,6 @@ def _is_a_motion(q: Any, v: Any, change: Any) -> Any:
 
 
 @jit
-def _mimics(chain: Any, at: int) -> Any:
-    """Which of the joints at .. at + 7 mimic others: what may leave of those is decided by their leaders."""
-    which = lane_mask(0, at)
-    for m in range(at, min(at + WIDTH, chain.n)):
-        if chain.lead[m] != m:
-            which = which | (lane_mask(m + 1, at) & ~lane_mask(m, at))
-    return which
-
-
-@jit
 def _lets_through(K: Any, at: int) -> bool:
     """Whether the commands of the joints from ``at`` on may leave: the reference, and what is made of it.
 
@@ -133,7 +123,7 @@ def _lets_through(K: Any, at: int) -> bool:
     else:
         near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last))) & (abs(q) < inf)
     if K.chain.mimics:
-        near = near | _mimics(K.chain, at)
+        near = near | followers(K.chain, at)
     if K.chain.floating:
         floats = lane_mask(K.chain.floating, at) & _is_a_motion(q, v, dt * load_lanes(state.a_command, at))
         near = near | floats

@@ -6,17 +6,26 @@ to where the arm stands and a little ahead of that, so that it shows when it is 
 Source: docs/theory/feedback.md, "A whole arm that is held".
 """
 
-from math import sqrt
+from math import inf
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import mimic_places
+from ftqp.kernel.arm.kinematics import followers, mimic_places
 from ftqp.kernel.feedback.persistence import reset_counter
 from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
-from ftqp.kernel.maths.elementary import is_finite
-from ftqp.kernel.monitor.servos import as_before, is_strained
+from ftqp.kernel.maths.elementary import any_of, is_finite, larger, mul_add, select, smaller, sqrt
+from ftqp.kernel.maths.side_by_side import (
+    WIDTH,
+    all_of,
+    is_set,
+    lane_mask,
+    load_lanes,
+    store_lanes,
+    sum_of,
+)
+from ftqp.kernel.monitor.servos import as_before, strains
 
 LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
 """Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
@@ -90,23 +99,88 @@ def _begin(K: Any, then: int) -> None:
 
 
 @jit
-def _toward(value: float, end: float, most: float) -> float:
+def _toward(value: Any, end: Any, most: Any) -> Any:
     """``value`` brought nearer to ``end`` by no more than ``most``."""
-    return min(max(end, value - most), value + most)
+    return smaller(larger(end, value - most), value + most)
 
 
 @jit
-def _learn_noise(K: Any, i: int, sample: float) -> None:
-    """The standard deviation of joint i's samples, by y - 3 y1 + 3 y2 - y3; never below the stated one."""
-    held, stated = K.held, K.feedback.sigma
-    d = sample - 3.0 * (held.last[i] - held.older[0, i]) - held.older[1, i]
-    known = held.sigma[i] * held.sigma[i]
-    share, most = LEARNS, CLIP * known + LEAST_NOISE
+def _learn_noise(K: Any, at: int, sample: Any, works: Any) -> Any:
+    """The standard deviation of the samples of the joints from ``at`` on; never below the stated one.
+
+    By y - 3 y1 + 3 y2 - y3.
+    """
+    held, before = K.held, load_lanes(K.held.sigma, at)
+    last, older, oldest = (
+        load_lanes(held.last, at),
+        load_lanes(held.older[0], at),
+        load_lanes(held.older[1], at),
+    )
+    d, known = mul_add(-3.0, last - older, sample - oldest), before * before
+    share, most = LEARNS, mul_add(CLIP, known, LEAST_NOISE)
     if K.feedback.kind == TORQUE_DRIVE and held.sees < FIRST:  # its loop passes noise on from the first tick
         share, most = 1.0 / (3.0 + held.sees), NOISIEST * NOISIEST
-    known += share * (min(d * d / 20.0, most) - known)
-    held.sigma[i] = max(min(sqrt(known), NOISIEST), stated)
-    held.older[1, i], held.older[0, i], held.last[i] = held.older[0, i], held.last[i], sample
+    known = mul_add(share, smaller(0.05 * (d * d), most) - known, known)
+    sigma = select(works, larger(smaller(sqrt(known), NOISIEST), K.feedback.sigma), before)
+    store_lanes(held.sigma, at, sigma)
+    store_lanes(held.older[1], at, select(works, older, oldest))
+    store_lanes(held.older[0], at, select(works, last, older))
+    store_lanes(held.last, at, select(works, sample, last))
+    return sigma
+
+
+@jit
+def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, float]:
+    """Of the joints from ``at`` on: whether all that work stand, and how many should move, and should just.
+
+    What its load moves says nothing of a joint.
+    """
+    held, feedback, M = K.held, K.feedback, K.monitor
+    sample, last = load_lanes(K.state.q, at), load_lanes(held.last, at)
+    works = lane_mask(K.chain.n, at) & ~is_set(K.faults.code, at)
+    silent = works & ~(abs(sample) < inf)
+    works = works & ~silent
+    rate, before = 1.0 / dt, load_lanes(held.speed, at)
+    change = smaller(larger((sample - last) * rate, -FASTEST), FASTEST) - before
+    speed = select(works, mul_add(min(1.0, dt / FILTER), change, before), before)
+    store_lanes(held.speed, at, speed)
+    sigma = _learn_noise(K, at, sample, works)
+    if held.on:
+        return not any_of(silent), 0.0, 0.0
+    still = STANDS + STANDS_SIGMAS / FILTER * sigma
+    should = SHOULD * still
+    near = _toward(load_lanes(held.near, at), sample, STANDS * dt)
+    left = works & (abs(sample - near) > PLACE_SIGMAS * sigma + ROUNDING)
+    store_lanes(held.near, at, select(works, select(left, sample, near), load_lanes(held.near, at)))
+    stands = not any_of(silent)
+    if any_of(left):
+        top = load_lanes(K.limits.tau_max, at) * load_lanes(M.unit, at)
+        a, weight, inertia = load_lanes(M.a, at), load_lanes(M.weight, at), load_lanes(M.inertia, at)
+        strained = strains(load_lanes(M.peak_a, at), a, weight, inertia, top)
+        stands = stands and feedback.kind != TORQUE_DRIVE and all_of(~left | strained)
+    v, sent, ahead = (
+        load_lanes(K.past.v[then], at),
+        load_lanes(K.past.q[then], at),
+        load_lanes(held.baseline, at),
+    )
+    usual = load_lanes(feedback.d_slow, at) if feedback.kind == TORQUE_DRIVE else sent - sample
+    usual = mul_add(min(1.0, dt / USUAL_TIME), usual - ahead, ahead)
+    store_lanes(held.baseline, at, select(works & (abs(speed) > still), usual, ahead))
+    lately, before = max(JUST, 2.0 * SAMPLES * K.state.dt), load_lanes(held.moved_lately, at)
+    moved = select(speed > 0.0, lately, -lately)
+    moved = select(abs(speed) > should, moved, _toward(before, 0.0, dt))
+    store_lanes(held.moved_lately, at, select(works, moved, before))
+    way = sent - load_lanes(held.begun, at)
+    just = (abs(v) > should) & (v * moved > 0.0) & (abs(way) > STEPS * load_lanes(feedback.increment, at))
+    most = FAR + EXCESS_SIGMAS * sigma + SHOULD * abs(sample - load_lanes(held.at, at))
+    far = abs(way) > select(held.still > ASKED, most, inf)
+    forward = select(select(just, v, way) > 0.0, 1.0, -1.0)
+    store_lanes(held.way, at, select(works, forward, load_lanes(held.way, at)))
+    asked = select(just | far, 1.0, 0.0)
+    store_lanes(held.asked, at, select(works, asked, load_lanes(held.asked, at)))
+    leads = works & ~followers(K.chain, at) if K.chain.mimics else works
+    moved = select(leads & just & ~is_set(feedback.bad, at), asked, 0.0)
+    return stands, sum_of(select(leads, asked, 0.0)), sum_of(moved)
 
 
 @jit
@@ -115,55 +189,19 @@ def _stands(K: Any, then: int, dt: float) -> bool:
 
     One is enough that has just moved, unless its encoder is doubted: what it says shows nothing then.
     """
-    held, feedback, faults = K.held, K.feedback, K.faults
-    share, slow = min(1.0, dt / FILTER), min(1.0, dt / USUAL_TIME)
-    lately, asked, moved = max(JUST, 2.0 * SAMPLES * K.state.dt), 0, 0
-    all_stand = True
-    for k in range(faults.working):
-        i = faults.order[k]
-        sample = K.state.q[i]
-        if not is_finite(sample):
-            all_stand = False
-            continue
-        speed = min(max((sample - held.last[i]) / dt, -FASTEST), FASTEST)
-        held.speed[i] = speed = held.speed[i] + share * (speed - held.speed[i])
-        _learn_noise(K, i, sample)
-        sigma = held.sigma[i]
-        still = STANDS + STANDS_SIGMAS * sigma / FILTER
-        should = SHOULD * still
-        if held.on:
-            continue
-        held.near[i] = _toward(held.near[i], sample, STANDS * dt)
-        if abs(sample - held.near[i]) > PLACE_SIGMAS * sigma + ROUNDING:
-            all_stand = all_stand and is_strained(K, i)  # what its load moves says nothing
-            held.near[i] = sample
-        if abs(speed) > still:
-            usual = feedback.d_slow[i] if feedback.kind == TORQUE_DRIVE else K.past.q[then, i] - sample
-            held.baseline[i] += slow * (usual - held.baseline[i])
-        if abs(speed) > should:
-            held.moved_lately[i] = lately if speed > 0.0 else -lately
-        else:
-            held.moved_lately[i] = _toward(held.moved_lately[i], 0.0, dt)
-        v, asked_way = K.past.v[then, i], K.past.q[then, i] - held.begun[i]
-        just = (
-            abs(v) > should
-            and v * held.moved_lately[i] > 0.0
-            and abs(asked_way) > STEPS * feedback.increment[i]
-        )
-        most = FAR + EXCESS_SIGMAS * sigma + SHOULD * abs(sample - held.at[i])
-        far = held.still > ASKED and abs(asked_way) > most
-        held.way[i] = 1.0 if (v if just else asked_way) > 0.0 else -1.0
-        held.asked[i] = 1.0 if just or far else 0.0
-        asked += 1 if (just or far) and K.chain.lead[i] == i else 0
-        moved += 1 if just and K.chain.lead[i] == i and feedback.bad[i] == 0 else 0
+    held, all_stand, asked, moved = K.held, True, 0.0, 0.0
+    for at in range(0, K.chain.n, WIDTH):
+        stand, more, just = _stands_block(K, at, then, dt)
+        all_stand, asked, moved = all_stand and stand, asked + more, moved + just
     held.sees = min(held.sees + 1, FIRST)
     held.still += dt
     if not all_stand:
         held.still = 0.0
-        for i in range(K.chain.n):
-            held.begun[i], held.at[i] = K.past.q[then, i], held.last[i]
-    alone = moved > 0 and held.alone == 0
-    return all_stand and asked >= min(1 if alone else 2, faults.working)
+        for at in range(0, K.chain.n, WIDTH):
+            store_lanes(held.begun, at, load_lanes(K.past.q[then], at))
+            store_lanes(held.at, at, load_lanes(held.last, at))
+    alone = moved > 0.0 and held.alone == 0
+    return bool(all_stand and asked >= min(1 if alone else 2, K.faults.working))
 
 
 @rare_jit

@@ -15,6 +15,7 @@ from ftqp.kernel.layout.enums import (
     TARGET_TWIST,
 )
 from ftqp.kernel.layout.thresholds import FASTEST
+from ftqp.kernel.maths.elementary import mul_add
 from ftqp.kernel.maths.linear_systems import assign
 
 LATEST = 1.0
@@ -127,7 +128,7 @@ def _between(A: Any, B: Any, s: float, h: float, history: Any, out: Any) -> None
     smooth = moving > 0.0 and max(beside_a, beside_b) <= way
     for r in range(3):
         a, b = A[4 * r + 3], B[4 * r + 3]
-        x = a + s * (b - a)
+        x = mul_add(s, b - a, a)
         if smooth:
             u, w = h * A[TARGET_TWIST + r], h * B[TARGET_TWIST + r]
             x += s * (1.0 - s) * ((1.0 - s) * (u - (b - a)) - s * (w - (b - a)))

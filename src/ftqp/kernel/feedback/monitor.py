@@ -18,6 +18,8 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
+from ftqp.kernel.maths.elementary import larger
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, load_lanes
 from ftqp.kernel.monitor.verdicts import OVERSPEED
 
 
@@ -80,6 +82,16 @@ def _is_thrown(K: Any, i: int) -> bool:
 
 
 @jit
+def _may_be_too_fast(K: Any, then: int) -> bool:
+    """Whether any joint is faster than its limit and its command."""
+    for at in range(0, K.chain.n, WIDTH):
+        most = larger(load_lanes(K.limits.v_max, at), abs(load_lanes(K.past.v[then], at)))
+        if not all_of(abs(load_lanes(K.feedback.v_hat, at)) <= most):
+            return True
+    return False
+
+
+@jit
 def watch_motion(K: Any) -> None:
     """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast.
 
@@ -87,8 +99,10 @@ def watch_motion(K: Any) -> None:
     second impact for the others.
     """
     feedback, past, top = K.feedback, K.past, K.limits.v_max
-    feedback.any_counted = 0
     then = slot(feedback, feedback.latency)
+    if not (feedback.any_counted or K.watch.latched or _may_be_too_fast(K, then)):
+        return
+    feedback.any_counted = 0
     for i in range(K.chain.n):
         if K.faults.code[K.chain.lead[i]] != HEALTHY or feedback.thrown > 0.0:
             feedback.persistence[LEFT_BAND, i] = feedback.persistence[TOO_FAST, i] = 0

@@ -71,14 +71,16 @@ def _normally(increment: Any, way: Any) -> Any:
 
 
 @jit
-def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> Any:
+def repeat_oddly(state: Any, feedback: Any, at: int, sample: Any, v: Any, noisy: bool) -> Any:
     """Which of the samples of the joints from ``at`` on repeat although the reference travelled on.
 
-    They are compared with the last good ones, which are those of the last tick.
+    They are compared with the last good ones, which are those of the last tick. Of ``noisy`` ones each that
+    repeats counts.
     """
     equal = abs(sample - load_lanes(feedback.good, at)) <= 0.0
     moved = abs(load_lanes(feedback.moved, at) + state.dt * v)
-    return equal & (moved > _normally(load_lanes(feedback.increment, at), load_lanes(feedback.way, at)))
+    normal = _normally(load_lanes(feedback.increment, at), load_lanes(feedback.way, at))
+    return equal & (moved > select(noisy, 0.0, normal))
 
 
 @jit

@@ -374,9 +374,10 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     off = abs(sample - load_lanes(feedback.good, at) - dt * v)
     if not all_of((off <= room) & (abs(sample) < inf)):
         return False
-    if not feedback.exact:  # of an arm that follows exactly nothing is to be learned
+    noisy = feedback.sigma > 0.0
+    if noisy or not feedback.exact:  # of an arm that follows exactly nothing is to be learned
         asked = load_lanes(K.gate.speed, at) if feedback.kind == VELOCITY_DRIVE else v
-        if any_of(repeat_oddly(state, feedback, at, sample, asked)):
+        if any_of(repeat_oddly(state, feedback, at, sample, asked, noisy)):
             return False
         learn_block(state, feedback, at, sample, asked)
     store_lanes(feedback.jump, at, sample - load_lanes(feedback.good, at) - dt * v)
@@ -427,8 +428,7 @@ def believe(K: Any) -> None:
         feedback.wide = max(0.0, feedback.wide - K.state.dt)
         feedback.thrown = max(0.0, feedback.thrown - K.state.dt)
     elsewhere = _drop_broken_tip(K.task) or state.unusable == NOT_FINITE
-    together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
-    together = together and state.unusable != NOTHING_HEARD
+    together = faults.movable == faults.working and state.unusable != NOTHING_HEARD
     _listen(K, then)
     for at in range(0, K.chain.n, WIDTH):
         store_lanes(past.q[now], at, load_lanes(state.q_command, at))

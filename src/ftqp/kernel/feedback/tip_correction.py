@@ -2,12 +2,14 @@
 
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.arm.kinematics import forward_kinematics, tip_of
 from ftqp.kernel.arm.pose_error import turn_between
 from ftqp.kernel.feedback.reference import follows
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
+from ftqp.kernel.maths.side_by_side import load_lanes, store_lanes
+from ftqp.kernel.maths.vectors import three
 from ftqp.kernel.settling.rest import gives_up
 
 STOOD = 0.3
@@ -21,10 +23,9 @@ tip")."""
 @jit
 def _keep_tip(kinematics: Any, place: Any) -> None:
     """The tip of the present kinematics, rotation by rows and origin, into (12,)."""
-    for k in range(9):
-        place[k] = kinematics.R_tip[k]
-    for k in range(3):
-        place[9 + k] = kinematics.o_tip[k]
+    place[8] = kinematics.R_tip[8]
+    place[9], place[10], place[11] = three(kinematics.o_tip)
+    store_lanes(place, 0, load_lanes(kinematics.R_tip, 0))
 
 
 @jit
@@ -46,7 +47,7 @@ def look_at_tip(K: Any) -> None:
     if not (exact or task.has_tip_measured):
         for i in range(n):
             K.supposed.q[i] = feedback.seen[i]
-        forward_kinematics(K, K.supposed)
+        tip_of(K, K.supposed)
         _keep_tip(K.kinematics, feedback.tip)
     forward_kinematics(K, K.state)
     if exact and not task.has_tip_measured and feedback.latency == 0:

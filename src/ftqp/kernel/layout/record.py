@@ -195,7 +195,8 @@ settling  What brings the arm to rest, see ``ftqp.kernel.settling``; what is not
     A  f8[6,N]  rows as the priority weighs them
     S D  f8[N,N]  curvature, and the metric
     work modes gains  f8[N,N]
-    U G  f8[6,6]
+    U  f8[6,8]
+    G  f8[6,6]
     values beside  f8[max(N,6)]
 free  What is reported of a free-swinging joint; the memory behind it is that called ``free``.
     mode joint  i8

@@ -29,6 +29,11 @@ def floor(x: Any) -> Any:
     return float(math.floor(x)) if math.isfinite(x) else x
 
 
+def mul_add(x: Any, y: Any, z: Any) -> Any:
+    """x y + z, rounded once where the processor has an instruction for that, as in formulas of one joint."""
+    return x * y + z
+
+
 def larger(x: Any, y: Any) -> Any:
     """The larger of two numbers; of those that do not compare, the first."""
     return select(y > x, y, x)
@@ -52,7 +57,9 @@ def any_of(condition: Any) -> Any:
 if COMPILED:
     from ftqp.kernel.compiled.making.lane_numbers import register_elementary
 
-    register_elementary(sqrt=sqrt, floor=floor, larger=larger, smaller=smaller, select=select, any_of=any_of)
+    register_elementary(
+        sqrt=sqrt, floor=floor, mul_add=mul_add, larger=larger, smaller=smaller, select=select, any_of=any_of
+    )
 
 
 @jit
@@ -79,6 +86,12 @@ def whole_turns(angle: float) -> float:
 def matrix_view(vector: Any, first: int, rows: int, columns: int) -> Any:
     """The numbers of a vector from ``first`` on as a matrix by rows; the caller keeps the vector alive."""
     return carray(pointer(vector.ctypes.data + 8 * first), (rows, columns), _FLOAT)
+
+
+@jit
+def vector_view(matrix: Any) -> Any:
+    """The numbers of a matrix, row by row."""
+    return carray(pointer(matrix.ctypes.data), (matrix.size,), _FLOAT)
 
 
 @jit

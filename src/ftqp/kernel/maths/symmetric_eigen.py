@@ -4,6 +4,8 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.elementary import mul_add
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 
 
 @jit
@@ -47,7 +49,8 @@ def tridiagonal(S: Any, n: int, a: Any, b: Any) -> None:
     if n > 1:
         a[n - 2] = S[n - 2, n - 2]
         b[n - 2] = S[n - 1, n - 2]
-    a[n - 1], b[n - 1] = S[n - 1, n - 1], 0.0
+    if n > 0:
+        a[n - 1], b[n - 1] = S[n - 1, n - 1], 0.0
 
 
 @jit
@@ -98,7 +101,10 @@ def _basis(S: Any, n: int, Z: Any) -> None:
 
 @jit
 def _ql(d: Any, e: Any, n: int, Z: Any, width: int) -> None:
-    """Implicit QL steps with Wilkinson's shift on the tridiagonal (d, e); so many columns of Z take part."""
+    """Implicit QL steps with Wilkinson's shift on the tridiagonal (d, e).
+
+    So many columns of Z take part, and those up to a whole block of lanes, which its rows have room for.
+    """
     for low in range(n):
         for _ in range(SWEEPS):
             m = low
@@ -126,10 +132,10 @@ def _ql(d: Any, e: Any, n: int, Z: Any, width: int) -> None:
                 p = s * r
                 d[i + 1] = g + p
                 g = c * r - b
-                for k in range(width):
-                    f = Z[i + 1, k]
-                    Z[i + 1, k] = s * Z[i, k] + c * f
-                    Z[i, k] = c * Z[i, k] - s * f
+                for k in range(0, width, WIDTH):
+                    x, y = load_lanes(Z[i], k), load_lanes(Z[i + 1], k)
+                    store_lanes(Z[i + 1], k, mul_add(s, x, c * y))
+                    store_lanes(Z[i], k, mul_add(c, x, -(s * y)))
             if not cut:
                 d[low] -= p
                 e[low] = g
@@ -150,6 +156,8 @@ def extreme_eigenvalues(S: Any, n: int, d: Any, e: Any) -> tuple[float, float]:
 @jit
 def eigensystem(S: Any, n: int, d: Any, e: Any, Z: Any) -> None:
     """S = Z' diag(d) Z with orthonormal rows of Z, in no order; of S the lower part is read and lost.
+
+    Rows of Z have room for whole blocks of lanes.
 
     Householder's reflections make S tridiagonal, implicit QL steps make that diagonal. Eigenvalues are
     accurate to rounding times the largest.

@@ -103,7 +103,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     for r in range(SERVO):
         torque += M.phi[r] * theta[r]
     unsure = 0.3 * theta[1] * M.a[i]
-    doubt = M.spread[i] + unsure * unsure + variance(P, M.phi, 1)
+    doubt = M.spread[i] + unsure * unsure + variance(P, M.phi)
     driven = by_torque and M.a[i] * M.r[i] > 0.0  # what is sent speeds it up, as it does a rotor nobody told
     if M.r[i] * M.r[i] <= 9.0 * doubt or may_stick(K, i) or driven:
         gain = min(gain, 0.0)

@@ -17,7 +17,8 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE, VIABILITY
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, UNLIMITED
-from ftqp.kernel.maths.elementary import sqrt
+from ftqp.kernel.maths.elementary import mul_add, sqrt, vector_view
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.monitor.servos import DROOP, block_time, may_stick, noise_of, variance
 from ftqp.kernel.rows.joint_intervals import narrow
 
@@ -53,14 +54,14 @@ def aim(K: Any, i: int) -> None:
     phi, g = M.phi, M.weight[i]
     phi[0], phi[1], phi[2] = K.state.v_command[i], K.state.a_command[i], 0.0
     phi[3], phi[4], phi[5] = 1.0, g, 0.0
-    M.unsure[i] = variance(P, phi, 0)
+    M.unsure[i] = variance(P, phi)
     M.response[i] = max(sqrt(max(theta[1], 0.0) + sqrt(P[1, 1])), theta[0] + sqrt(P[0, 0]))
     M.droop[i] = certain(M.used[i, 3] + M.used[i, 4] * g, P[3, 3] + 2.0 * g * P[3, 4] + g * g * P[4, 4])
     top = min(K.limits.v_max[i], UNLIMITED)
     speed = min(top, max(abs(K.state.v_command[i]), M.peak_v[i]) + CATCHES_UP * top)
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = speed, 0.0, 1.0, 1.0, g, 0.0
     room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
-    room += sqrt(variance(P, phi, 0)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
+    room += sqrt(variance(P, phi)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
     room = max(room, SHOWS * top, min(MOST_SHIFT * sqrt(M.S_sharp[i]), SHOWS_MOST * top))
     if K.feedback.servo < inf:
         room = min(room, max(LAGS * top / K.feedback.servo, TOLD_LEAST * top))
@@ -104,11 +105,13 @@ def seen_now(K: Any, i: int) -> float:
 def blend(K: Any) -> None:
     """What is believed comes into the command slowly."""
     M = K.monitor
-    share = min(1.0, 1.0 / (BLENDS * M.every))
+    share, size = min(1.0, 1.0 / (BLENDS * M.every)), K.chain.n * SERVO
+    used, known = vector_view(M.used), vector_view(M.theta)
+    for at in range(0, size, WIDTH):
+        before = load_lanes(used, at)
+        store_lanes(used, at, mul_add(share, load_lanes(known, at) - before, before))
     for i in range(K.chain.n):
-        for r in range(SERVO):
-            held = M.hold[i] if r == DROOP else 0.0
-            M.used[i, r] += share * (M.theta[i, r] + held - M.used[i, r])
+        M.used[i, DROOP] += share * M.hold[i]
 
 
 @jit

@@ -20,11 +20,10 @@ Source: docs/theory/monitor.md, "The model of a joint".
 from typing import Any
 
 from ftqp.kernel.arm.dynamics import torques_of
-from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.arm.kinematics import motion, tip_of
+from ftqp.kernel.jit import exact_jit, jit, rare_jit
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
-    HEALTHY,
     IS_LOCKED,
     NOTHING_HEARD,
     POSITION_DRIVE,
@@ -40,7 +39,8 @@ from ftqp.kernel.layout.thresholds import (
     SPEED_SERVO_PRIOR,
     UNLIMITED,
 )
-from ftqp.kernel.maths.elementary import sqrt
+from ftqp.kernel.maths.elementary import larger, mul_add, select, smaller, sqrt
+from ftqp.kernel.maths.side_by_side import WIDTH, is_set, load_lanes, store_lanes
 from ftqp.kernel.monitor.torques import (
     A_RADIAN,
     OTHERWISE,
@@ -123,14 +123,20 @@ def as_before(M: Any, i: int) -> None:
 
 
 @jit
+def strains(asked: Any, a: Any, weight: Any, inertia: Any, top: Any) -> Any:
+    """Whether what a motor carries of the acceleration a, as far as that was asked for, may be its most."""
+    share = smaller(1.0, asked / larger(abs(a), 1e-9))
+    return abs(weight + share * inertia) > STRAINED * top
+
+
+@jit
 def is_strained(K: Any, i: int) -> bool:
     """Whether the servo of joint i may be at its torque limit, so that its row does not hold.
 
     By its weight, and by the acceleration that was asked for: how a brake stops it is no servo's doing.
     """
-    M = K.monitor
-    asked = min(1.0, M.peak_a[i] / max(abs(M.a[i]), 1e-9))
-    strained = abs(M.weight[i] + asked * M.inertia[i]) > STRAINED * K.limits.tau_max[i] * M.unit[i]
+    M, top = K.monitor, K.limits.tau_max[i] * K.monitor.unit[i]
+    strained = strains(M.peak_a[i], M.a[i], M.weight[i], M.inertia[i], top)
     return bool(strained and K.feedback.kind != TORQUE_DRIVE)
 
 
@@ -184,14 +190,17 @@ def begin_filters(K: Any) -> None:
 
 
 @jit
-def _integral(K: Any, i: int, y: float, heard: bool) -> float:
-    """What was sent to joint i, summed up as the planner does it; of one that works it goes to the sample."""
-    M, before = K.monitor, K.monitor.speed[i]
-    if heard:
-        M.speed[i] = K.gate.speed[i]
-    mean = 0.5 * (M.speed[i] + before) if K.state.level == ACCELERATION else M.speed[i]
-    u: float = M.u[i] + K.state.dt * mean
-    return u + M.leak * (y - u) if M.found[i] == 0 and K.faults.code[i] == HEALTHY else u
+def _integral(K: Any, at: int, y: Any, heard: bool) -> Any:
+    """What was sent to the joints from ``at`` on, summed up as the planner does it.
+
+    That of one that works goes to the sample.
+    """
+    M, before = K.monitor, load_lanes(K.monitor.speed, at)
+    speed = load_lanes(K.gate.speed if heard else M.speed, at)
+    store_lanes(M.speed, at, speed)
+    mean = 0.5 * (speed + before) if K.state.level == ACCELERATION else speed
+    u = mul_add(K.state.dt, mean, load_lanes(M.u, at))
+    return select(is_set(M.found, at) | is_set(K.faults.code, at), u, mul_add(M.leak, y - u, u))
 
 
 @jit
@@ -202,19 +211,22 @@ def take_samples(K: Any, then: int) -> None:
         take_torques(K, then)
         return
     heard = K.state.unusable != NOTHING_HEARD
-    for i in range(K.chain.n):
-        seen = feedback.age[i] == 0
+    for at in range(0, K.chain.n, WIDTH):
+        missed, good, last = is_set(feedback.age, at), load_lanes(feedback.good, at), load_lanes(M.y, at)
         if feedback.kind == VELOCITY_DRIVE:
-            y = feedback.good[i] if seen else M.y[i] + K.state.dt * M.speed[i]
-            u = _integral(K, i, y, heard)
+            y = select(missed, mul_add(K.state.dt, load_lanes(M.speed, at), last), good)
+            u = _integral(K, at, y, heard)
         else:
-            u = K.gate.sent[i] if heard else M.u[i]
-            y = feedback.good[i] if seen else M.y[i] + u - M.u[i]
-        M.y[i], M.u[i] = y, u
-        M.total[i] += y
+            u = load_lanes(K.gate.sent if heard else M.u, at)
+            y = select(missed, u + last - load_lanes(M.u, at), good)
+        store_lanes(M.y, at, y)
+        store_lanes(M.u, at, u)
+        store_lanes(M.total, at, load_lanes(M.total, at) + y)
         for k in range(3):
-            M.u_f[k, i] = u = u + p * (M.u_f[k, i] - u)
-            M.y_f[k, i] = y = y + p * (M.y_f[k, i] - y)
+            u = mul_add(p, load_lanes(M.u_f[k], at) - u, u)
+            y = mul_add(p, load_lanes(M.y_f[k], at) - y, y)
+            store_lanes(M.u_f[k], at, u)
+            store_lanes(M.y_f[k], at, y)
 
 
 @rare_jit
@@ -229,7 +241,7 @@ def motion_terms(K: Any) -> None:
         return
     for i in range(K.chain.n):
         supposed.q[i], supposed.v[i], M.inertia[i] = M.y_f[2, i], 0.0, 0.0
-    forward_kinematics(K, supposed)
+    tip_of(K, supposed)
     motion(K, supposed)
     torques_of(supposed, K.kinematics, K.chain, M.inertia)  # at rest, of trees, too
     for i in range(K.chain.n):
@@ -244,13 +256,35 @@ def motion_terms(K: Any) -> None:
     M.own[k] = K.kinematics.tau[k] * M.unit[k] - M.weight[k]
 
 
+@exact_jit
+def _add_products(total: float, x: float, row: Any, phi: Any) -> float:
+    """total + x row' phi over the parameters, added in their order."""
+    total = mul_add(x * row[0], phi[0], total)
+    total = mul_add(x * row[1], phi[1], total)
+    total = mul_add(x * row[2], phi[2], total)
+    total = mul_add(x * row[3], phi[3], total)
+    total = mul_add(x * row[4], phi[4], total)
+    return mul_add(x * row[5], phi[5], total)
+
+
+@exact_jit
+def _add_row(row: Any, x: float, other: Any) -> None:
+    """row <- row + x other, over the parameters."""
+    row[0] = mul_add(x, other[0], row[0])
+    row[1] = mul_add(x, other[1], row[1])
+    row[2] = mul_add(x, other[2], row[2])
+    row[3] = mul_add(x, other[3], row[3])
+    row[4] = mul_add(x, other[4], row[4])
+    row[5] = mul_add(x, other[5], row[5])
+
+
 @jit
-def variance(P: Any, phi: Any, first: int) -> float:
-    """phi' P phi, of the parameters from ``first``."""
+def variance(P: Any, phi: Any) -> float:
+    """phi' P phi."""
     total = 0.0
-    for r in range(first, SERVO):
-        for c in range(first, SERVO):
-            total += phi[r] * P[r, c] * phi[c]
+    for r in range(SERVO):
+        if phi[r] != 0.0:
+            total = _add_products(total, phi[r], P[r], phi)
     return max(total, 0.0)
 
 
@@ -423,6 +457,12 @@ def _pull_of_others(K: Any, i: int) -> float:
     return float(m * (M.inertia[i] / M.own[i] - M.a[i]))
 
 
+@exact_jit
+def _sharper(S: float, miss: float, sharp: float, pull: float) -> float:
+    """S with ``sharp`` in the place of what the model misses, and the pull of the others."""
+    return S + (mul_add(sharp, sharp, -(miss * miss)) + pull * pull)
+
+
 @jit
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
@@ -462,10 +502,10 @@ def residual(K: Any, i: int) -> None:
         phi[0] = min(max(v, -M.peak_v[i]), M.peak_v[i])
         phi[1] = min(max(a, -M.peak_a[i]), M.peak_a[i])
     M.r[i], M.spread[i] = r, spread
-    M.S[i] = spread + variance(M.P[i], phi, 0)
+    M.S[i] = spread + variance(M.P[i], phi)
     pull = 0.0 if by_torque else _pull_of_others(K, i)
     M.z[i] = r / sqrt(M.S[i] + pull * pull)
-    M.S_sharp[i] = M.S[i] - miss * miss + sharp * sharp + pull * pull
+    M.S_sharp[i] = _sharper(M.S[i], miss, sharp, pull)
     M.z_sharp[i] = r / sqrt(M.S_sharp[i])
 
 
@@ -531,23 +571,21 @@ def learn_servo(K: Any, i: int) -> None:
         held = _held_by_friction(M, i)
         if held > 0.0:
             r_i += M.hold[i] - M.sense[i] * max(theta[FRICTION], 0.0)
-            S = M.spread[i] + held + variance(P, phi, 0)
+            S = M.spread[i] + held + variance(P, phi)
     share = min(1.0, TAUGHT / max(abs(M.z_sharp[i]), 1e-9)) / S
     if 0.0 < P[DROOP, DROOP] <= held:
         share = 0.0
     for r in range(SERVO):
-        gain[r] = 0.0
-        for c in range(SERVO):
-            gain[r] += P[r, c] * phi[c]
+        gain[r] = _add_products(0.0, 1.0, P[r], phi)
+    friction, doubt = theta[FRICTION], P[FRICTION, FRICTION]
     # what holds a joint is no measure of its friction, but that it is no less
     stuck = phi[FRICTION] == 0.0 if M.fades > 0.0 else held > 0.0
     stuck = stuck or (M.fades == 0.0 and abs(M.sense[i]) < 1.0 and gain[FRICTION] * r_i < 0.0)
     for r in range(SERVO):
-        if not (stuck and r == FRICTION):
-            theta[r] += share * gain[r] * r_i
-        for c in range(SERVO):
-            if not (stuck and r == FRICTION and c == FRICTION):
-                P[r, c] -= share * gain[r] * gain[c]
+        theta[r] += share * gain[r] * r_i
+        _add_row(P[r], -share * gain[r], gain)
+    if stuck:
+        theta[FRICTION], P[FRICTION, FRICTION] = friction, doubt
     if K.feedback.kind == TORQUE_DRIVE:  # no rotor is lighter than none: what falls is no light joint
         theta[1] = max(theta[1], (K.learned.used[i] - K.chain.armature[i]) * M.unit[i])
     if M.G[i] == 0.0 or M.rests[i] == 0:  # else the droop of a joint that is held would take the fault

@@ -6,7 +6,7 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import BESIDE, LEAST_SHIFT
 from ftqp.kernel.maths.elementary import any_of
-from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes
+from ftqp.kernel.maths.side_by_side import WIDTH, is_set, load_lanes
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
 from ftqp.kernel.monitor.leading import aim
 from ftqp.kernel.monitor.servos import (
@@ -105,10 +105,11 @@ def watch_servos(K: Any, first: bool, then: int, known: bool) -> None:
         M.settles -= 1
         if M.settles == 0:
             forget_evidence(K, False)
-    unseen, constant = False, 1.0 / (M.w * K.state.dt)
-    for i in range(n):
-        unseen = unseen or K.feedback.age[i] > 0
-    for i in range(n):  # what moves a torque arm's joint is moved by all others
+    unseen, waits, constant = False, K.held.on != 0, 1.0 / (M.w * K.state.dt)
+    for at in range(0, n, WIDTH):
+        unseen = unseen or any_of(is_set(K.feedback.age, at))
+        waits = waits or unseen or any_of(is_set(M.blind, at))
+    for i in range(n if waits else 0):  # what moves a torque arm's joint is moved by all others
         if K.feedback.age[i] > 0 or (unseen and K.feedback.kind == TORQUE_DRIVE):
             M.blind[i] = int(min(max(FORGETS * constant, float(K.feedback.age[i])), BEGINS * constant)) + 1
         elif K.held.on:  # once it is let go its servo has to come to rest

@@ -12,7 +12,7 @@ Source: Pham and Pham 2018.
 from math import ceil, inf, sqrt
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import fold_row
+from ftqp.kernel.arm.kinematics import fold_row, jacobian
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.ways_room import (
     FOLLOWING,
@@ -313,6 +313,7 @@ def _stay_slow(W: Any, i: int) -> None:
 def _slow_tip(K: Any, i: int) -> None:
     """How fast the tip goes on its straight way in interval i, and its limit of speed there."""
     W, J, c = K.ways, K.ahead.J, K.ways.c[K.ways.piece[i]]
+    jacobian(K.ahead, K.chain)
     for part in range(2):
         size = 0.0
         for r in range(3 * part, 3 * part + 3):

@@ -3,7 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import mimic_places
+from ftqp.kernel.arm.kinematics import jacobian, mimic_places
 from ftqp.kernel.arm.pose_error import tool_turn, turn_between
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
@@ -34,6 +34,7 @@ def tip_error(K: Any, T: Any) -> None:
 def tip_rows(K: Any, T: Any) -> None:
     """The Jacobian of ``tip_error`` over the joints that work, (6, n); other columns are zero."""
     W, J = K.ways, K.ahead.J
+    jacobian(K.ahead, K.chain)
     for j in range(K.chain.n):
         f = 1.0 if W.free[j] else 0.0
         for i in range(3):

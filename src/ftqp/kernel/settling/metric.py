@@ -5,7 +5,9 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TARGET_TWIST
+from ftqp.kernel.maths.elementary import mul_add, select
 from ftqp.kernel.maths.linear_systems import assign, plus_products
+from ftqp.kernel.maths.side_by_side import WIDTH, is_set, lane_mask, load_lanes, store_lanes
 from ftqp.kernel.maths.symmetric_eigen import eigensystem
 from ftqp.kernel.maths.vectors import add_to, times
 from ftqp.kernel.rows.task_rows import tool_axis
@@ -82,9 +84,11 @@ def _gain_of(task: Any, settling: Any, i: int, j: int) -> float:
 
 
 @jit
-def _see_singular_directions(task: Any, settling: Any, count: int) -> None:
-    """The squares sigma_k^2 and the left singular vectors, rows of U, of A over the free joints."""
-    gram_of_rows(task, settling, count)
+def _see_singular_directions(task: Any, settling: Any) -> None:
+    """The squares sigma_k^2 and the left singular vectors, rows of U, of A over the free joints.
+
+    Needs ``gram_of_rows``, and takes what that has found.
+    """
     eigensystem(settling.G, task.m, settling.squares, settling.beside, settling.U)
 
 
@@ -227,7 +231,7 @@ def _kick(settling: Any, count: int, mode: int, along: float, size: float) -> No
 
 
 @jit
-def _fade(faults: Any, task: Any, settling: Any, count: int, s: float) -> None:
+def _fade(chain: Any, faults: Any, task: Any, settling: Any, count: int, s: float) -> None:
     """D <- psi T D T and kick <- psi T kick: the metric is there only where it is needed.
 
         T = 1 - sum_k (1 - sqrt(phi_k)) v_k v_k',  phi_k = max(0, 1 - sigma_k^2/s),
@@ -251,7 +255,7 @@ def _fade(faults: Any, task: Any, settling: Any, count: int, s: float) -> None:
             i = settling.free[a]
             x = plus_products(0.0, U[k], settling.A[:, i], m)
             v[i] = x * inverse
-        _project(faults, settling, t)
+        _project(chain, faults, settling, t)
     psi = max(0.0, 1.0 - max(least, 0.0) / s)
     settling.psi = psi
     for a in range(w):
@@ -262,7 +266,7 @@ def _fade(faults: Any, task: Any, settling: Any, count: int, s: float) -> None:
 
 
 @jit
-def _project(faults: Any, settling: Any, t: float) -> None:
+def _project(chain: Any, faults: Any, settling: Any, t: float) -> None:
     """D <- (1 - t v v') D (1 - t v v') and kick <- (1 - t v v') kick with the unit vector ``direction``."""
     w, D, v, y = faults.working, settling.D, settling.direction, settling.beside
     twice = kicked = 0.0
@@ -278,9 +282,11 @@ def _project(faults: Any, settling: Any, t: float) -> None:
     for a in range(w):
         i = faults.order[a]
         settling.kick[i] -= t * kicked * v[i]
-        for b in range(w):
-            j = faults.order[b]
-            D[i, j] += t * (t * twice * v[i] * v[j] - y[i] * v[j] - v[i] * y[j])
+        x = mul_add(-t * twice, v[i], y[i])
+        for at in range(0, chain.n, WIDTH):
+            works, before = lane_mask(chain.n, at) & ~is_set(faults.code, at), load_lanes(D[i], at)
+            change = mul_add(x, load_lanes(v, at), v[i] * load_lanes(y, at))
+            store_lanes(D[i], at, select(works, mul_add(-t, change, before), before))
 
 
 @jit
@@ -319,11 +325,10 @@ def find_metric(K: Any, s: float, square: float) -> int:
 @jit
 def _find_metric(K: Any, s: float, square: float, count: int) -> int:
     """The same of an arm that was elsewhere, with so many free joints."""
+    gram_of_rows(K.task, K.settling, count)
     if count >= K.task.m:
-        gram_of_rows(K.task, K.settling, count)
         if exceeds(K.task, K.settling, s):
             return -1
-        gram_of_rows(K.task, K.settling, count)
         if exceeds(K.task, K.settling, spread(K.chain, K.settling)):
             return -1
     for i in range(K.chain.n):
@@ -333,9 +338,9 @@ def _find_metric(K: Any, s: float, square: float, count: int) -> int:
     if count == 0:
         _add_modulus(K.faults, K.settling)
     else:
-        _see_singular_directions(K.task, K.settling, count)
+        _see_singular_directions(K.task, K.settling)
         _newton_metric(K.faults, K.task, K.settling, count, s, square)
-        _fade(K.faults, K.task, K.settling, count, s)
+        _fade(K.chain, K.faults, K.task, K.settling, count, s)
     return count
 
 

@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import columns, spread_by
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.maths.elementary import select, smaller, sqrt
-from ftqp.kernel.maths.linear_systems import factor
+from ftqp.kernel.maths.linear_systems import assign, factor
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, lane_mask, load_lanes, numbers, sum_of
 from ftqp.kernel.maths.symmetric_eigen import extreme_eigenvalues
 from ftqp.kernel.maths.vectors import column, cross, length, three, three_from
@@ -51,10 +51,12 @@ def gram_of_rows(task: Any, settling: Any, count: int) -> None:
 
 @jit
 def exceeds(task: Any, settling: Any, s: float) -> bool:
-    """Whether sigma_min^2 >= s, exactly when A A' - s 1 has a Cholesky factor; it takes ``gram_of_rows``."""
-    for k in range(task.m):
-        settling.G[k, k] -= s
-    return factor(settling.G, task.m)
+    """Whether sigma_min^2 >= s, exactly when G - s 1 has a Cholesky factor, with G of ``gram_of_rows``."""
+    G, left = settling.G, settling.gains
+    for a in range(task.m):
+        assign(left[a], G[a], a)
+        left[a, a] = G[a, a] - s
+    return factor(left, task.m)
 
 
 @jit

@@ -21,7 +21,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.thresholds import MOST_ROWS
 from ftqp.kernel.maths.elementary import has_last_row, is_finite, is_rotation, whole_turns
 from ftqp.kernel.maths.linear_systems import assign
-from ftqp.kernel.maths.side_by_side import WIDTH, all_of, load_lanes
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, load_lanes, store_lanes
 
 
 @jit
@@ -58,7 +58,9 @@ def accept_numbers(K: Any, q: Any, v: Any, target: Any) -> int:
     for i in range(n):
         state.given_q[i], state.given_v[i] = q[i], v[i]
     open_gate(state, K.gate, K.chain)
-    assign(K.task.target, target, TARGET_SIZE)
+    for at in range(0, TARGET_SIZE, WIDTH):
+        here = min(at, TARGET_SIZE - WIDTH)
+        store_lanes(K.task.target, here, load_lanes(target, here))
     code = target_mistake(K.task)
     if code == 0:
         accept_state(state, K.chain, n)

@@ -1,6 +1,6 @@
 """From the steps of a run to the rows of its log: raw rows a tick, columns a block."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -15,10 +15,9 @@ from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.leader import Leader
 from ftqp.sim.log.log_rows import RowSink
 from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, SENSED, TASK_ROWS, RawLayout, table
-from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES, Column, base_columns, columns, sensed_columns
+from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, base_columns, columns, sensed_columns
 from ftqp.sim.plants.plant import Arm
 
-UNMEASURED = (np.nan,) * len(MEASURES)
 COMMIT_PERIOD = 250_000_000
 """Rows wait at most this long, and a tick, before they are handed on [ns of wall time]: a killed run may
 lose half a second, and a loaded machine keeps a process waiting."""
@@ -62,9 +61,19 @@ class TickRecorder:
             further=len(self._further),
         )
         self._block, fields = self._layout.block(), self._layout.fields
+        self._keep: Callable[[int, int], int] | None = None
+        self._before, self._between, self._timed, self._behind = (
+            self._block[:, fields[first].start : fields[last].stop]
+            for first, last in (
+                ("t", "v"),
+                ("belief", "tip"),
+                ("step_time", "step_time"),
+                ("progress", "path_status"),
+            )
+        )
+        self._others = self._block[:, fields["path_status"].stop :]
         self._jacobian = self._block[:, fields["jacobian"]].reshape(BLOCK, TASK_ROWS, nv)
         self._measures = self._block[:, fields[MEASURES[0]].start : fields[MEASURES[-1]].stop]
-        self._task_rows, self._rows = TASK_ROWS, (np.zeros(TASK_ROWS), np.zeros((TASK_ROWS, nv)))
         self._first, self._filled = 0, 0
         self._handed_on = clock.now()
         self._truth = np.full(nv, float(HEALTHY))
@@ -93,21 +102,18 @@ class TickRecorder:
         felt: tuple[FloatArray | None, FloatArray | None] = (None, None),
     ) -> None:
         """Keep one tick: its raw row, field by field in their order."""
-        leader = self._leader
-        world, standing, target, qp = leader.world, leader.standing, leader.target, step.qp
+        leader, k, fields = self._leader, self._filled, self._layout.fields
+        world, standing, target = leader.world, leader.standing, leader.target
         tip = self._arm.tip(q) if world is None else world.tip_pose
-        left, (slack, jacobian) = step.slack, self._rows
-        slack[:] = 0.0
-        slack[: len(left)] = left
-        if self._singularities:
-            found = step.jacobian
-            self._task_rows = len(found)
-            jacobian[: self._task_rows] = found
-        row: list[Any] = [(t,), q, v, step.a, step.tau, step.tau_brake, step.lower, step.upper]
-        row += [self._believed(), self._truth, target.pose[:3], target.twist[:3], tip[:3], slack, jacobian]
-        errors = step.position_error, step.rotation_error, step.scale, step.code
-        solved = QP_CODES[qp.status], qp.iterations, qp.residual, elapsed, step.kappa
-        row.append((*errors, *solved, *UNMEASURED, standing.progress, PATH_CODES[standing.status]))
+        if self._keep is None:
+            self._keep = step.keeper(self._block, fields["a"].start, fields["slack"].start)
+        self._keep(k, step.code)
+        self._before[k] = np.concatenate(((t,), q, v))
+        between = self._believed(), self._truth, target.pose[:3], target.twist[:3], tip[:3]
+        self._between[k] = np.concatenate(between, axis=None)
+        self._timed[k] = elapsed
+        self._behind[k] = standing.progress, PATH_CODES[standing.status]
+        row: list[Any] = []
         if world is not None:
             row += [world.base_pose[:3], world.eta, (world.follower.code,)]
         if self._sensed:
@@ -115,7 +121,8 @@ class TickRecorder:
             row += [self._unknown if (one := seen[place]) is None else one for place in self._sensed]
         if len(self._further):
             row.append(self._further.at(q))
-        self._block[self._filled] = np.concatenate(row, axis=None)
+        if row:
+            self._others[k] = np.concatenate(row, axis=None)
         self._filled += 1
         self._hand_on_in_time()
 
@@ -134,7 +141,7 @@ class TickRecorder:
 
     def _measure(self) -> None:
         """Fill in the measures of singularity of all rows at once, from their Jacobians."""
-        jacobians = self._jacobian[: self._filled, : self._task_rows]
+        jacobians = self._jacobian[: self._filled, : len(self._planner.task_rows)]
         working = np.count_nonzero(jacobians.any(axis=1), axis=1)
         with np.errstate(invalid="ignore"):
             measures = np.array(measures_of(jacobians, working))

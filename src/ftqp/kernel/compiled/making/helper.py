@@ -4,6 +4,8 @@ numba compiles every function that another one calls for itself first: full opti
 verification. Here a helper stops at its intermediate code, which the unit that calls it links and optimises
 as one piece. A helper that lies apart is a unit of its own: its callers know its name and types only, so that
 it is compiled once for all of them, beside them, and a change in it compiles none of them anew.
+
+No formula counts indices from an array's end, so that none is looked at for its sign.
 """
 
 import hashlib
@@ -20,6 +22,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.funcdesc import FunctionDescriptor
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.runtime import rtsys
+from numba.np import arrayobj
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -35,6 +38,14 @@ _RESULTS = {int: types.int64, float: types.float64, bool: types.boolean, None: t
 
 _PLAIN = (types.Record, types.Array, types.Number, types.Boolean)
 """What a helper that lies apart may be given; one that is given lanes becomes part of its caller."""
+
+
+def _index(context: Any, builder: Any, kind: Any, value: Any, _size: Any) -> Any:
+    """An index as it is."""
+    return context.cast(builder, value, kind, types.intp if kind.signed else types.uintp)
+
+
+arrayobj.fix_integer_index = _index
 
 
 @dataclass(frozen=True, slots=True)

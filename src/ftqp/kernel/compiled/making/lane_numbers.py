@@ -146,7 +146,7 @@ def _llvm(builder: Any, name: str, *values: Any) -> Any:
 
 
 def register_elementary(
-    *, sqrt: Any, floor: Any, larger: Any, smaller: Any, select: Any, any_of: Any
+    *, sqrt: Any, floor: Any, mul_add: Any, larger: Any, smaller: Any, select: Any, any_of: Any
 ) -> None:
     """Make elementary functions known to compiled code, for numbers and for lanes."""
 
@@ -155,6 +155,9 @@ def register_elementary(
 
     def down(builder: Any, a: Any) -> Any:
         return _llvm(builder, "llvm.floor", a)
+
+    def fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
+        return _llvm(builder, "llvm.fmuladd", a, b, c)
 
     def most(builder: Any, a: Any, b: Any) -> Any:
         return builder.select(builder.fcmp_ordered(">", b, a), b, a)
@@ -169,7 +172,9 @@ def register_elementary(
                 return signature(kind, *(kind for _ in arguments))
             return None
 
-    for function, count, code in ((sqrt, 1, root), (floor, 1, down), (larger, 2, most), (smaller, 2, least)):
+    for function, count, code in (
+        (sqrt, 1, root), (floor, 1, down), (mul_add, 3, fused), (larger, 2, most), (smaller, 2, least),
+    ):  # fmt: skip
         infer_global(function)(type(f"Rule_{function.__name__}", (OfNumbers,), {}))
         for kind in (LanesType, types.Float):
             lower_builtin(function, *(kind,) * count)(
