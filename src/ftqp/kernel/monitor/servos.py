@@ -60,7 +60,7 @@ SLOW, STILL = 0.02, 3.0
 """Slower than this [rad/s or m/s] where speeds are taken, or where positions are than gears play and so many
 standard deviations of the speed that is seen, a joint may be held by dry friction to either side."""
 MORE = 0.3
-"""At rest friction holds by this share of f more or less than it brakes in motion: Stribeck's effect, loads."""
+"""At rest friction holds by this share of f more or less than it brakes in motion: Stribeck, loads."""
 EITHER = 4.0 / 3.0
 """What friction holds is between -f and f: so many f^2 are the variance of twice that, if all are alike."""
 UNSURE, SUREST, WORST = 0.02, 5e-4, 0.1
@@ -138,6 +138,17 @@ def is_strained(K: Any, i: int) -> bool:
     M, top = K.monitor, K.limits.tau_max[i] * K.monitor.unit[i]
     strained = strains(M.peak_a[i], M.a[i], M.weight[i], M.inertia[i], top)
     return bool(strained and K.feedback.kind != TORQUE_DRIVE)
+
+
+@jit
+def is_asked_for_all(K: Any, i: int) -> bool:
+    """Whether the acceleration that joint i was asked for lately takes all that its weight leaves of its motor.
+
+    Files seldom have accelerations, and the rule that takes their place knows no torques.
+    """
+    M, top = K.monitor, K.limits.tau_max[i] * K.monitor.unit[i]
+    asked = abs(M.weight[i]) + M.own[i] * M.peak_a[i] > STRAINED * top
+    return bool(asked and K.feedback.kind != TORQUE_DRIVE)
 
 
 @jit
