@@ -128,6 +128,7 @@ class OwnConstraint:
     """
 
     name: str | None = setting(None)
+    called: ClassVar[str] = ""
     unit: ClassVar[str] = ""
     about: ClassVar[str] = "distance from the boundary, positive where it is kept"
 
@@ -139,7 +140,7 @@ class OwnConstraint:
     @property
     def label(self) -> str:
         """What it is called."""
-        return self.name or type(self).__name__
+        return self.name or self.called or type(self).__name__
 
     @property
     @abstractmethod
@@ -186,13 +187,14 @@ class Rows(OwnConstraint):
 
     rows: int
     fill: FillRows
-    name: str | None = setting("rows", kw_only=True)
+    called: ClassVar[str] = "rows"
 
     def __post_init__(self) -> None:
         OwnConstraint.__post_init__(self)
         if not callable(self.fill):
-            what = "expected a function (state, C, l, u)"
-            raise InputError(f"fill of {self.label} is {self.fill!r:.60}, {what}")
+            raise InputError(
+                f"fill of {self.label} is {self.fill!r:.60}, expected a function (state, C, l, u)"
+            )
 
     @property
     def count(self) -> int:
