@@ -62,19 +62,6 @@ def test_rotor_inertia_stands_on_the_diagonal_as_in_pinocchio(held):
     assert np.array_equal(arm.K.kinematics.h, bare_arm.K.kinematics.h)
 
 
-def test_viscous_friction_is_a_part_of_the_bias_and_coulomb_friction_is_not():
-    rng = np.random.default_rng(14)
-    robot, viscous = load("panda"), rng.uniform(0.1, 2.0, 7)
-    rough = robot.with_friction(viscous=viscous, coulomb=5.0)
-    q, v = rng.uniform(-1.0, 1.0, 7), rng.uniform(-1.0, 1.0, 7)
-    smooth_arm, rough_arm = arm_of(robot), arm_of(rough)
-    for one in (smooth_arm, rough_arm):
-        one.dynamics(q, v)
-    more = rough_arm.K.kinematics.h[:7] - smooth_arm.K.kinematics.h[:7]
-    assert np.abs(more - viscous * v).max() < 1e-12
-    assert np.array_equal(rough_arm.K.kinematics.M, smooth_arm.K.kinematics.M)
-
-
 def test_only_the_first_joint_of_an_upright_arm_knows_no_gravity():
     K = chain_record(ftqp.robots.load("panda"))
     forward_kinematics(K, K.state)
