@@ -177,7 +177,7 @@ def pictures(found_map, found_basins):
     """A function that draws all pictures into a folder."""
     from papers import goel_pictures
 
-    from ftqp.viz.figures import map_pictures
+    from ftqp.viz.figures import study_pictures
     from ftqp.viz.figures.loop_picture import draw_loop
 
     def motion(file, title, goal, start, joint, duration):
@@ -211,7 +211,7 @@ def pictures(found_map, found_basins):
         goel_pictures.draw_error_signs(files[2], "Joint 1 locked at 0: figures 3 and 4", two_links())
         q = np.array([-5.6173, 45.0, 66.1698]) * DEG
         posture = np.concatenate([[0.0], np.cumsum(np.exp(1j * np.cumsum(q)))])
-        maps = map_pictures.save_maps(
+        maps = study_pictures.save_maps(
             out, "Three unit links", ("joint 1", "joint 2", "joint 3"), np.array((*GOAL, 0.0)),
             np.column_stack([posture.real, posture.imag, 0.0 * posture.real]), {**found_map},
         )  # fmt: skip

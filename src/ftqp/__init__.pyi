@@ -36,7 +36,6 @@ from ftqp.control.moving_base.inertial_task import InertialTask as InertialTask
 from ftqp.control.moving_base.inertial_task import MovingBase as MovingBase
 from ftqp.control.planner.arm_loop import Learned as Learned
 from ftqp.control.planner.certificate import Certificate as Certificate
-from ftqp.control.planner.constraint_list import Rows as Rows
 from ftqp.control.planner.planner import Planner as Planner
 from ftqp.control.planner.response.detector import Detector as Detector
 from ftqp.control.planner.status import StepStatus as StepStatus
@@ -68,6 +67,7 @@ from ftqp.control.task.keep import TorqueLimits as TorqueLimits
 from ftqp.control.task.own_task import LeastSquares as LeastSquares
 from ftqp.control.task.own_task import OwnConstraint as OwnConstraint
 from ftqp.control.task.own_task import OwnTask as OwnTask
+from ftqp.control.task.own_task import Rows as Rows
 from ftqp.control.task.resolvers import Damping as Damping
 from ftqp.control.task.scheme import Scheme as Scheme
 from ftqp.control.task.soft_tasks import AxisTask as AxisTask

@@ -24,12 +24,7 @@ BRAKING = "a finite number > 0 rad/s2 or m/s2"
             lambda: Locked(0, reset="moment"),
             "reset is 'moment' (did you mean 'momentum'?), expected one of kinematic, momentum, task",
         ),
-        (
-            lambda: Locked(0, deceleration=0.0),
-            f"deceleration is 0, expected {BRAKING}",
-        ),
         (lambda: Locked(0, deceleration=np.nan), f"deceleration is nan, expected {BRAKING}"),
-        (lambda: FreeSwinging(0, damping=-1.0), "damping is -1, expected a finite number >= 0 N m s/rad"),
         (lambda: FreeSwinging(0, damping=np.inf), "damping is inf, expected a finite number >= 0 N m s/rad"),
         (lambda: Degraded(0, torque=1.5), "torque is 1.5, expected a share of the healthy limit in (0, 1]"),
         (lambda: Degraded(0, q_min=1.0, q_max=1.0), "q_min 1 is not below q_max 1"),

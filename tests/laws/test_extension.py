@@ -52,12 +52,12 @@ def fill(K: Any, at: int) -> int:
 """A kind of rows as a stranger writes it."""
 
 
-def said_by(script, *arguments, source=ROOT / "src", **environment):
+def said_by(*command, source=ROOT / "src"):
     """What a process says as JSON in its last line."""
     done = subprocess.run(
-        [sys.executable, "-W", "ignore", str(HERE / script), *map(str, arguments)],
+        [sys.executable, "-W", "ignore", *map(str, command)],
         cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(source), str(ROOT))), **environment},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(source), str(ROOT)))},
         capture_output=True,
         text=True,
         check=False,
@@ -71,7 +71,7 @@ def said_by(script, *arguments, source=ROOT / "src", **environment):
 def test_kind_of_fault_without_a_case_is_refused_by_every_consumer(how, tmp_path):
     for package in ("mujoco", "matplotlib", "rosbags", "viser"):
         pytest.importorskip(package, reason="every consumer needs its extra: pip install 'ftqp[dev]'")
-    found = said_by("stranger_kind.py", tmp_path, how)
+    found = said_by(HERE / "stranger_kind.py", tmp_path, how)
     assert set(REFUSES) <= set(found)
     for who in REFUSES:
         said = found[who]
@@ -140,7 +140,7 @@ def test_rows_of_a_stranger_hold_in_step_backend_and_batch_alike(tmp_path):
     units = "unit='rad/s', sliding_unit='m/s', symmetric=True, needs_inertia=False"
     cap = f"RowKind(name='cap', {units}, module='cap_rows')"
     file.write_text(file.read_text().replace(before, f"OWN_ROW, {cap}, CLEARANCE, "))
-    found = said_by("stranger_rows.py", source=source)
+    found = said_by(HERE / "stranger_rows.py", source=source)
     assert set(found) == {"acceleration", "velocity", "no torque limits", "kept point", "daqp", "batch"}
     assert all(0.0499 < fastest <= 0.05 + 1e-9 for fastest in found.values()), found
 
@@ -177,24 +177,14 @@ def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(t
         file.write_text(text.replace(before, after))
     build = [sys.executable, "-m", "ftqp.kernel.building", "--store", ROOT / "build" / "kernel"]
     subprocess.run(build, env={**os.environ, "PYTHONPATH": str(source)}, check=True)
-    found = SimpleNamespace(**said_by("stranger_criterion.py", source=source))
+    found = SimpleNamespace(**said_by(HERE / "stranger_criterion.py", source=source))
     assert found.effect > 1e-3, "the coefficient does something"
     assert found.rollout < 1e-9 and found.backend < 1e-6
 
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("own")
-    done = subprocess.run(
-        [sys.executable, "-P", "-W", "ignore", "-m", "tests.laws.stranger_task", str(folder)],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT / "src"), str(ROOT)))},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
-    return json.loads(done.stdout.splitlines()[-1])
+    return said_by("-P", "-m", "tests.laws.stranger_task", tmp_path_factory.mktemp("own"))
 
 
 def test_a_scenario_has_them_with_their_settings_and_the_usual_kind_needs_no_word(found):

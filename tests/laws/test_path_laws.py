@@ -11,7 +11,6 @@ from ftqp.core.errors import InputError
 ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "planar(10)")
 LIMITS = {"finite", "speed", "acceleration", "position", "braking", "torque", "failed"}
 """Laws of limits: what a follower says of its path is not asked here."""
-ON_PATH = 0.02
 """Largest distance from the path at its progress, in characteristic lengths, while no status says more."""
 
 

@@ -1,40 +1,19 @@
 """Robots with branches, for tests of the model: joints of every kind, a tip on several of them."""
 
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
+from tests.kernel.random_chains import random_model
 
 from ftqp.model.robot import Robot
 
 
-def random_joint(rng: np.random.Generator) -> Any:
-    axis = rng.normal(size=3)
-    axis /= np.linalg.norm(axis)
-    joints = [
-        *(pin.JointModelRX(), pin.JointModelRY(), pin.JointModelRZ()),
-        *(pin.JointModelPX(), pin.JointModelPY(), pin.JointModelPZ()),
-        *(pin.JointModelRUBX(), pin.JointModelRUBY(), pin.JointModelRUBZ()),
-        pin.JointModelRevoluteUnaligned(*axis),
-        pin.JointModelPrismaticUnaligned(*axis),
-    ]
-    return joints[rng.integers(len(joints))]
-
-
 def random_tree(rng: np.random.Generator, count: int) -> tuple[pin.Model, list[str]]:
     """A model of ``count`` joints in any order with parents first, and a tip on each that carries none."""
-    model = pin.Model()
-    model.name, model.gravity.linear = "tree", rng.uniform(-10.0, 10.0, 3)
-    for i in range(count):
-        parent = int(rng.integers(0, i + 1)) if rng.random() < 0.4 else i
-        place = pin.SE3(pin.exp3(rng.uniform(-2.0, 2.0, 3)), rng.uniform(-0.4, 0.4, 3))
-        made = model.addJoint(parent, random_joint(rng), place, f"j{i}")
-        model.addJointFrame(made)
-        body = pin.Inertia.FromEllipsoid(rng.uniform(0.5, 5.0), *rng.uniform(0.05, 0.3, 3))
-        model.appendBodyToJoint(made, body, pin.SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-0.2, 0.2, 3)))
-    model.armature, model.damping = rng.uniform(0.0, 1.0, count), rng.uniform(0.0, 1.0, count)
+    model = random_model(rng, count, 0.4)
+    model.name, model.damping = "tree", rng.uniform(0.0, 1.0, count)
     tips = []
     for i in range(1, count + 1):
+        model.addJointFrame(i)
         if i not in list(model.parents)[1:]:
             tips.append(f"tip{i}")
             place = pin.SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-0.3, 0.3, 3))

@@ -121,7 +121,9 @@ def test_friction_is_data_of_the_robot_and_its_viscous_part_a_torque():
     assert rough.viscous.tolist() == [1, 2, 3, 4, 5, 6, 7]
     assert rough.coulomb.tolist() == [0.3] * 7
     v = np.linspace(-0.5, 0.7, 7)
-    np.testing.assert_allclose(arm_at(rough, Q, v).h - arm_at(PANDA, Q, v).h, rough.viscous * v, atol=1e-12)
+    smooth_arm, rough_arm = arm_at(PANDA, Q, v), arm_at(rough, Q, v)
+    np.testing.assert_allclose(rough_arm.h - smooth_arm.h, rough.viscous * v, atol=1e-12)
+    np.testing.assert_array_equal(rough_arm.M, smooth_arm.M)
     assert notes(rough) == [
         "joint friction is known: viscous 1 to 7 N m s/rad, Coulomb 0.3 N m; torques count the viscous part; "
         "replace it with robot.with_friction(viscous=..., coulomb=...)",

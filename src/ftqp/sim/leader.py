@@ -36,13 +36,10 @@ class Standing(NamedTuple):
 
 
 class Leader(ABC):
-    """The role of what leads an arm: at every tick it takes aim, then gives the command.
-
-    Attributes:
-        world: The base under the arm where it moves; the target is then in the inertial frame.
-    """
+    """The role of what leads an arm: at every tick it takes aim, then gives the command."""
 
     world: MovingWorld | None = None
+    """The base under the arm where it moves; the target is then in the inertial frame."""
 
     @abstractmethod
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
@@ -69,12 +66,7 @@ class Leader(ABC):
 
 @final
 class ClockTargets:
-    """The targets of a path at the ticks of a clock, sampled block by block.
-
-    Attributes:
-        target: that of the last tick asked for.
-        progress: its path time [s].
-    """
+    """The targets of a path at the ticks of a clock, sampled block by block."""
 
     def __init__(self, path: Path, dt: float, *, mean: bool) -> None:
         self._path, self._dt, self._mean = path, dt, mean

@@ -15,7 +15,7 @@ from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.core import clock
-from ftqp.core.checks import FloatArray, IntArray, instance, positive
+from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.core.picture import Picture
 from ftqp.core.small_picture import html_table
@@ -32,9 +32,6 @@ from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
-
-_NONE: IntArray = np.zeros(0, dtype=np.int64)
-
 
 FEED_FORWARDS = ("sampled", "mean")
 MEMORY = "memory"

@@ -31,8 +31,8 @@ class ResolvedRates:
 
     With the tip's pose by the measured q, e its error, and xdot the target's twist:
 
-    * v = J+ (xdot + K e), the rotation's rows times the characteristic length; below ``near_singular`` the
-      smallest singular value s is damped by lambda^2 = near_singular^2 - s^2 (Nakamura and Hanafusa's rule)
+    * v = J+ (xdot + K e), the rotation's rows times the characteristic length; below ``NEAR_SINGULAR`` the
+      smallest singular value s is damped by lambda^2 = NEAR_SINGULAR^2 - s^2 (Nakamura and Hanafusa's rule)
     * all speeds are scaled down together to the limits v_max, then all changes to a_max dt, then the integral
       q + dt v is kept within the range
     * a joint that is reported gets no column of J, and the speed 0
@@ -44,7 +44,7 @@ class ResolvedRates:
     """
 
     __slots__ = (
-        "_at", "_data", "_dt", "_failed", "_gain", "_near", "_q", "_robot", "_rows", "_tip", "_v", "brakes",
+        "_at", "_data", "_dt", "_failed", "_gain", "_q", "_robot", "_rows", "_tip", "_v", "brakes",
         "tau",
     )  # fmt: skip
 
@@ -52,19 +52,13 @@ class ResolvedRates:
     tau: FloatArray
 
     def __init__(
-        self,
-        robot: Robot,
-        dt: float,
-        *,
-        rows: Sequence[str] = COMPONENTS,
-        gain: float = GAIN,
-        near_singular: float = NEAR_SINGULAR,
+        self, robot: Robot, dt: float, *, rows: Sequence[str] = COMPONENTS, gain: float = GAIN
     ) -> None:
         robot.refuse_tree("resolved rates need")
         self._robot, self._dt, self._rows = robot, positive("dt", dt, "s"), tuple(rows)
         self._at = [COMPONENTS.index(row) for row in self._rows]
         self._data, self._tip = robot.model.createData(), frame_id(robot.model, robot.tip)
-        self._gain, self._near = positive("gain", gain, "1/s"), positive("near_singular", near_singular, "m")
+        self._gain = positive("gain", gain, "1/s")
         self._failed = np.zeros(robot.nv, dtype=np.bool_)
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
         self.brakes, self.tau = np.zeros(robot.nv, dtype=np.bool_), np.zeros(robot.nv)
@@ -120,7 +114,7 @@ class ResolvedRates:
     def _inverse(self, J: FloatArray, rate: FloatArray) -> FloatArray:
         """v, (nv,), nearest to the rate, damped near singularities."""
         U, s, Vt = np.linalg.svd(J, full_matrices=False)
-        damping = max(0.0, self._near**2 - float(s[-1]) ** 2)
+        damping = max(0.0, NEAR_SINGULAR**2 - float(s[-1]) ** 2)
         result: FloatArray = Vt.T @ (s / (s**2 + damping) * (U.T @ rate))
         return result
 

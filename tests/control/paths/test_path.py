@@ -46,15 +46,17 @@ def waypoints(start):
 
 
 MAKERS = {
-    "line": lambda start, law: Line(start, [0.1, -0.2, 0.05], duration=T, law=law),
-    "square": lambda start, law: Square(start, 0.2, duration=T, law=law, axes=("x", "-z")),
-    "circle": lambda start, law: Circle(start, 0.1, duration=T, law=law, axes=("y", [1, 0, 1]), turns=1.5),
-    "lissajous": lambda start, law: Lissajous(
+    "line": lambda start, law="quintic", T=T: Line(start, [0.1, -0.2, 0.05], duration=T, law=law),
+    "square": lambda start, law="quintic", T=T: Square(start, 0.2, duration=T, law=law, axes=("x", "-z")),
+    "circle": lambda start, law="quintic", T=T: Circle(
+        start, 0.1, duration=T, law=law, axes=("y", [1, 0, 1]), turns=1.5
+    ),
+    "lissajous": lambda start, law="quintic", T=T: Lissajous(
         start, (0.1, 0.05), duration=T, cycles=(2, 3), phase=0.4, law=law
     ),
-    "point_to_point": lambda start, law: PointToPoint(start, goal(start), duration=T, law=law),
+    "point_to_point": lambda start, law="quintic", T=T: PointToPoint(start, goal(start), duration=T, law=law),
     "waypoints": lambda start, law: waypoints(start),
-    "hold": lambda start, law: Hold(start, duration=T),
+    "hold": lambda start, law="", T=T: Hold(start, duration=T),
 }
 LAWLESS = ("waypoints", "hold")
 CASES = [(kind, law) for kind in MAKERS for law in laws.names() if kind not in LAWLESS or law == "quintic"]
@@ -111,23 +113,15 @@ def test_mean_acceleration_held_for_dt_reaches_the_next_twist(path):
     np.testing.assert_allclose(reached, path.sample(t + dt).twist, atol=1e-12)
 
 
-SHORT = {
-    "line": lambda start, T: Line(start, [0.1, -0.2, 0.05], duration=T),
-    "square": lambda start, T: Square(start, 0.2, duration=T),
-    "circle": lambda start, T: Circle(start, 0.1, duration=T),
-    "lissajous": lambda start, T: Lissajous(start, (0.1, 0.05), duration=T),
-    "point_to_point": lambda start, T: PointToPoint(start, goal(start), duration=T),
-    "waypoints": lambda start, T: Waypoints(start, start[None, :3, 3] + 0.1, duration=T),
-    "hold": lambda start, T: Hold(start, duration=T),
-}
+SHORT = MAKERS | {"waypoints": lambda start, T: Waypoints(start, start[None, :3, 3] + 0.1, duration=T)}
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("duration", [1e-300, 1e-160, 1e-9])
 def test_path_that_takes_no_time_is_refused(start, kind, duration):
     with pytest.raises(InputError, match=r"duration of the path is .*, expected more than"):
-        SHORT[kind](start, duration)
-    shortest = SHORT[kind](start, 1e-8)
+        SHORT[kind](start, T=duration)
+    shortest = SHORT[kind](start, T=1e-8)
     assert np.isfinite(shortest.sample(5e-9).acceleration).all()
 
 

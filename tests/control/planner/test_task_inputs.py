@@ -245,9 +245,7 @@ def moving():
     ("call", "sentence"),
     [
         (lambda: ftqp.Target(), "a target needs exactly one of pose and position"),
-        (lambda: ftqp.Target(pose=np.eye(3)), r"pose has shape \(3, 3\), expected \(4, 4\)"),
         (lambda: ftqp.Target(pose=2.0 * np.eye(4)), "pose has a rotation part that is not a rotation"),
-        (lambda: ftqp.Target(pose=T, acceleration="none"), "acceleration is not an array of numbers: 'none'"),
         (lambda: ftqp.Target(pose=T, stamp=1), "needs a stamp"),
         (lambda: ftqp.Target(twist=np.zeros(6), stamp=1.0).at(T), r"write target\.twist and target\.stamp"),
         (lambda: ftqp.Targets(T[None]).at(-1), "there is no target -1; the trajectory has targets 0 to 0"),
@@ -265,7 +263,7 @@ def test_wrong_target_is_refused_with_one_sentence(call, sentence):
         (lambda target: target.at("home"), "pose is not an array of numbers: 'home'"),
         (lambda target: target.at(np.eye(4), "fast"), "twist is not an array of numbers: 'fast'"),
         (lambda target: setattr(target, "pose", np.zeros((4, 3))), "pose "),
-        (lambda target: setattr(target, "acceleration", "none"), "acceleration "),
+        (lambda target: setattr(target, "acceleration", "none"), "acceleration is not an array"),
     ],
 )
 def test_what_is_no_number_of_a_target_is_one_sentence_and_writes_nothing(write, sentence):

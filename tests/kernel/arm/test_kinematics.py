@@ -8,7 +8,7 @@ from records import chain_record, empty_record
 
 import ftqp
 from ftqp.control.task.task import axis_frame
-from ftqp.kernel.arm.dynamics import gravity_torque, knows_no_gravity, torque_bound, torques_of
+from ftqp.kernel.arm.dynamics import knows_no_gravity, torque_bound, torques_of
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error, rotation_vector
 from ftqp.kernel.entry.session import ArmSession
@@ -26,38 +26,6 @@ def relative(got, expected):
 def arm_of(robot):
     """The arm alone."""
     return ArmSession(robot.chain.constants())
-
-
-def pose(arm):
-    """The tip's pose in the arm's record, (4, 4)."""
-    T = np.eye(4)
-    T[:3, :3] = arm.K.kinematics.R_tip.reshape(3, 3)
-    T[:3, 3] = arm.K.kinematics.o_tip
-    return T
-
-
-@pytest.mark.parametrize("joints", SIZES)
-def test_pose_jacobian_drift_inertia_and_bias_agree_with_pinocchio(joints):
-    rng = np.random.default_rng(joints)
-    for _ in range(3):
-        robot = random_robot(rng, joints)
-        arm, data = arm_of(robot), robot.model.createData()
-        frame = robot.model.getFrameId("tip")
-        for _ in range(4):
-            q, full, v = configuration(rng, robot)
-            arm.dynamics(q, v)
-            pin.forwardKinematics(robot.model, data, full, v, np.zeros(joints))
-            pin.updateFramePlacements(robot.model, data)
-            world = pin.LOCAL_WORLD_ALIGNED
-            J = pin.computeFrameJacobian(robot.model, data, full, frame, world)
-            drift = pin.getFrameClassicalAcceleration(robot.model, data, frame, world).vector
-            assert relative(pose(arm), data.oMf[frame].homogeneous) < 1e-12
-            assert relative(arm.K.kinematics.J[:, :joints], J) < 1e-12
-            assert relative(arm.K.kinematics.drift, drift) < 1e-12
-            upper, M = np.triu(pin.crba(robot.model, data, full)), arm.K.kinematics.M[:joints, :joints]
-            assert relative(M, upper + np.triu(upper, 1).T) < 1e-12 and np.array_equal(M, M.T)
-            bias = pin.rnea(robot.model, data, full, v, np.zeros(joints))
-            assert relative(arm.K.kinematics.h[:joints], bias) < 1e-12
 
 
 @pytest.mark.parametrize("joints", SIZES)
@@ -92,61 +60,6 @@ def test_rotor_inertia_stands_on_the_diagonal_as_in_pinocchio(held):
     upper = np.triu(pin.crba(robot.model, robot.model.createData(), q))
     assert np.abs(M - upper - np.triu(upper, 1).T).max() < 1e-12 * np.abs(M).max()
     assert np.array_equal(arm.K.kinematics.h, bare_arm.K.kinematics.h)
-
-
-def test_viscous_friction_is_a_part_of_the_bias_and_coulomb_friction_is_not():
-    rng = np.random.default_rng(14)
-    robot, viscous = load("panda"), rng.uniform(0.1, 2.0, 7)
-    rough = robot.with_friction(viscous=viscous, coulomb=5.0)
-    q, v = rng.uniform(-1.0, 1.0, 7), rng.uniform(-1.0, 1.0, 7)
-    smooth_arm, rough_arm = arm_of(robot), arm_of(rough)
-    for one in (smooth_arm, rough_arm):
-        one.dynamics(q, v)
-    more = rough_arm.K.kinematics.h[:7] - smooth_arm.K.kinematics.h[:7]
-    assert np.abs(more - viscous * v).max() < 1e-12
-    assert np.array_equal(rough_arm.K.kinematics.M, smooth_arm.K.kinematics.M)
-
-
-@pytest.mark.parametrize("joints", [1, 2, 5, 8])
-def test_torques_agree_with_pinocchio(joints):
-    rng = np.random.default_rng(joints)
-    for _ in range(4):
-        robot = random_robot(rng, joints)
-        K, (q, full, v) = chain_record(robot), configuration(rng, robot)
-        a, viscous = rng.normal(size=joints) * 5.0, rng.uniform(0.0, 2.0, joints)
-        K.state.q[:joints], K.state.v[:joints], K.chain.viscous[:joints] = q, v, viscous
-        forward_kinematics(K, K.state)
-        motion(K, K.state)
-        torques_of(K.state, K.kinematics, K.chain, a)
-        expected = pin.rnea(robot.model, robot.model.createData(), full, v, a) + viscous * v
-        assert np.abs(K.kinematics.tau[:joints] - expected).max() < 1e-12 * np.abs(expected).max()
-
-
-def gravity_of(robot, q):
-    """g by the recursive Newton-Euler algorithm."""
-    arm = ArmSession(robot.chain.constants())
-    arm.dynamics(q)
-    return arm.K.kinematics.h[: robot.nv].copy()
-
-
-@pytest.mark.parametrize("joints", [2, 5, 7, 8])
-def test_torque_is_that_of_newton_and_euler_and_gradient_that_of_finite_differences(joints):
-    rng = np.random.default_rng(joints)
-    for _ in range(3):
-        robot = random_robot(rng, joints)
-        K, slope, step = chain_record(robot), np.zeros(joints), 1e-6
-        q = rng.uniform(-2.0, 2.0, joints)
-        K.state.q[:joints] = q
-        forward_kinematics(K, K.state)
-        size = np.abs(gravity_of(robot, q)).max()
-        for i in range(joints):
-            assert (
-                abs(gravity_torque(K.kinematics, K.chain, i, slope) - gravity_of(robot, q)[i]) < 1e-12 * size
-            )
-            for j in range(joints):
-                d = step * np.eye(joints)[j]
-                expected = (gravity_of(robot, q + d)[i] - gravity_of(robot, q - d)[i]) / (2.0 * step)
-                assert abs(slope[j] - expected) < 1e-7 * size
 
 
 def test_only_the_first_joint_of_an_upright_arm_knows_no_gravity():

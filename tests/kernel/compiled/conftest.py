@@ -107,8 +107,8 @@ from pathlib import Path
 from ftqp.kernel.compiled import library
 library.BUILDING = True
 from ftqp.kernel.compiled.library import EntryPoint
-from ftqp.kernel.building.store import CannotBuild, Store, build
-from ftqp.kernel.building.wheel_targets import TARGETS
+from ftqp.kernel.building.store import Store, build
+from ftqp.kernel.building.wheel_targets import TARGETS, CannotBuild
 from ftqp.kernel.compiled.making.emit import Target, target
 given = json.loads(sys.argv[1])
 wanted = [EntryPoint(name=n, module=given["module"], factory=n, signature=s, nogil=g)

@@ -5,6 +5,7 @@ import pytest
 from tests.going import closed_loop
 
 import ftqp
+from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.layout.enums import FREE
 from ftqp.kernel.layout.record import ROOMS
 from ftqp.kernel.layout.thresholds import LONGEST
@@ -126,6 +127,40 @@ def test_whatever_the_record_holds_the_command_is_safe(drive, level, share):
             for _ in range(3):
                 said.add(ride.tick().status)
     assert {ftqp.StepStatus.OK, ftqp.StepStatus.FALLBACK} <= said
+
+
+@pytest.mark.parametrize("bound", ["way", "speed", "acceleration", "room", "sent"])
+@pytest.mark.parametrize("joint", [0, 5])
+def test_the_gate_lets_through_what_just_keeps_a_bound_and_nothing_just_beyond(drive, level, bound, joint):
+    ride = Ride(drive, level, ticks=1)
+    K, q, top, a_max = ride.K, PANDA.neutral[joint], LIMITS.v_max[joint], LIMITS.a_max[joint]
+    gate, state, feedback = K.gate, K.state, K.feedback
+    for share in (0.999, 1.001):
+        for room, sent, speed in (
+            (gate, "sent", "v"),
+            (state, "q_command", "v_command"),
+            (feedback, "q_sent", "v_sent"),
+        ):
+            room[sent][:7], room[speed][:7] = PANDA.neutral, 0.0
+        gate.q[:7], feedback.tau_sent[:7] = PANDA.neutral, 0.0
+        if bound == "way":
+            gate.v[joint] = state.v_command[joint] = 0.1
+            state.q_command[joint] = q + share * DT * 0.1
+        elif bound == "speed":
+            gate.v[joint], state.v_command[joint] = top, share * top
+        elif bound == "acceleration":
+            state.v_command[joint] = share * DT * a_max
+        elif bound == "room":
+            gate.v[joint] = state.v_command[joint] = v = 0.3 * top
+            way = (v / share) ** 2 / (2.0 * a_max) - (0.5 * DT * v if level == "velocity" else 0.0)
+            gate.q[joint] = state.q_command[joint] = LIMITS.q_max[joint] - way
+        elif drive == "position":
+            feedback.q_sent[joint] = q + share * DT * (top + LONGEST * a_max)
+        elif drive == "velocity":
+            feedback.v_sent[joint] = share * top
+        else:
+            feedback.tau_sent[joint] = share * LIMITS.tau_max[joint]
+        assert pass_gate(K) == (share < 1.0)
 
 
 @pytest.mark.parametrize("joint", [0, 3])

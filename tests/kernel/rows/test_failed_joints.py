@@ -7,6 +7,7 @@ from tests.going import closed_loop
 
 import ftqp
 from ftqp.kernel.entry.session import ArmSession
+from ftqp.kernel.rows.failed_joints import braked_velocity, lock_rate
 
 DT = 0.002
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -169,6 +170,20 @@ def test_a_lock_ramp_stops_within_the_range_where_the_acceleration_limit_can(sid
         assert limits.q_min[4] - 1e-9 <= step.q[4] <= limits.q_max[4] + 1e-9
         before = step.v[4]
     assert before == 0.0 and step.outside == ()
+
+
+@pytest.mark.parametrize("asked", [1e-6, 0.3])
+def test_a_ramp_of_whole_ticks_ends_at_the_end_of_its_room_and_not_beyond(asked):
+    """Joints that the limit can just stop, and others with up to half as much room again."""
+    rng = np.random.default_rng(5)
+    a_max, v = rng.uniform(2.0, 15.0, 2000), rng.uniform(0.01, 2.0, 2000)
+    room = v * (v / a_max + DT) / 2.0 * rng.uniform(1.0, 1.5, 2000)
+    way = np.zeros(2000)
+    for _ in range(4000):
+        after = braked_velocity(v, lock_rate(v, room - way, asked * a_max, a_max, DT), DT)
+        way, v = way + DT * (v + after) / 2.0, after
+    assert not v.any() and (way <= room).all()
+    assert (room - way < a_max * DT**2).mean() > 0.5, "nor does it brake harder than it has to"
 
 
 @pytest.mark.parametrize("start", [0.35, -0.4, 1e-9, 0.003])

@@ -16,7 +16,7 @@ from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.rows.inertial_target import (
     follow_base,
 )
-from ftqp.kernel.rows.objective import FLOOR, manipulability_gradient
+from ftqp.kernel.rows.objective import FLOOR, add_manipulability, manipulability_gradient
 from ftqp.kernel.rows.task_rows import task_rows
 
 DT = 0.002
@@ -146,6 +146,9 @@ def check(robot, rows, failed, q, tolerance=1e-6):
     rows_at(K, q)
     manipulability_gradient(K)
     found = K.scratch.joints[: robot.nv].copy()
+    K.qp.g[:], K.criteria.manipulability = 0.0, 0.7
+    add_manipulability(K)  # less of the objective where the measure is greater
+    np.testing.assert_array_equal(K.qp.g[: robot.nv], -0.7 * found)
     h = 3e-5
     for i in (i for i in range(robot.nv) if i not in failed):
         ends = [measure(K, robot, q + sign * h * np.eye(robot.nv)[i], failed) for sign in (1.0, -1.0)]

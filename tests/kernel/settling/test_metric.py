@@ -131,6 +131,58 @@ def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_flo
     assert not K.settling.kick[:4].any()
 
 
+def metric_by_formula(K, n, s, square):
+    """D and the kick by eigenvalues of numpy (docs/theory/settling.md); which modes the floor raises."""
+    m, count, settling = int(K.task.m), int(K.settling.found), K.settling
+    A, S, e, free = settling.A[:m, :n], settling.S[:n, :n], settling.e[:m], np.sort(settling.free[:count])
+    values, vectors = np.linalg.eigh(S)
+    modulus = A.T @ A + vectors @ np.diag(np.abs(values)) @ vectors.T
+    mu, Z = np.linalg.eigh((A.T @ A + S)[np.ix_(free, free)])
+    size, along = np.abs(mu), Z.T @ (A.T @ e)[free]
+    swivel = 0.15 * np.clip(1.0 - along**2 / (0.1 * size * square), 0.1, 1.0) * s
+    floor = 0.1 * np.einsum("ik,ij,jk->k", Z, modulus[np.ix_(free, free)], Z)
+    P, kick = modulus.copy(), np.zeros(n)
+    P[free, :] = P[:, free] = 0.0
+    P[np.ix_(free, free)] = Z @ np.diag(np.max([size, swivel, floor], axis=0)) @ Z.T
+    _, sigma, V = np.linalg.svd(A[:, free])
+    sigma = np.pad(sigma, (0, m - len(sigma)))
+    phi = np.maximum(0.0, 1.0 - sigma**2 / s)
+    u = np.linalg.svd(A[:, free])[0]
+    if phi @ (u.T @ e) ** 2 >= 0.5 * square:
+        saddle = (mu < -0.05 * s) & (np.abs(along) < 0.05 * size)
+        kick[free] = Z @ np.where(saddle, np.sign(along) * 0.05 * size - along, 0.0)
+    T = np.eye(n)
+    for v, fade in zip(V[: min(m, count)], phi, strict=False):
+        T[np.ix_(free, free)] -= (1.0 - np.sqrt(fade)) * np.outer(v, v)
+    D = phi.max() * T @ (P - A.T @ A) @ T
+    return D, phi.max() * T @ kick, floor > np.maximum(size, swivel)
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)"])
+def test_the_metric_is_that_of_the_modulus_with_its_floors(name):
+    """Far targets, where S has both signs; in every other case a joint may be pressed on its limit."""
+    robot, K = record_of(name)
+    n, rng = robot.nv, np.random.default_rng(9)
+    floored = indefinite = kicked = pressed = 0
+    for case in range(80):
+        q, pose = near(robot, rng, 0.7)
+        if case % 2:
+            q[1] = robot.limits.q_max[1]
+        look(K, robot, q, pose)
+        square, s = weighed(K)
+        count = find_metric(K, s, square)
+        if count <= 0:
+            continue
+        D, kick, raised = metric_by_formula(K, n, s, square)
+        np.testing.assert_allclose(K.settling.D[:n, :n], D, atol=1e-9 * s)
+        np.testing.assert_allclose(K.settling.kick[:n], kick, atol=1e-9 * s)
+        signs = np.linalg.eigvalsh(K.settling.S[:n, :n])
+        floored += bool(raised.any())
+        indefinite += bool(signs[0] < -0.1 * s and signs[-1] > 0.1 * s)
+        kicked, pressed = kicked + bool(kick.any()), pressed + (count < n)
+    assert floored > 3 and indefinite > 10 and kicked and pressed
+
+
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)"])
 def test_the_metric_of_a_path_sets_in_at_zero(name):
     """It began with a part of itself, and ticks took turns."""

@@ -126,6 +126,7 @@ def test_a_wrong_spec_is_refused_in_one_sentence(spec, sentence):
 
 @pytest.mark.parametrize(("name", "package"), PACKAGES.items())
 def test_a_missing_package_says_how_to_install_it(monkeypatch, name, package):
+    backends()  # qpsolvers looks once, when it is imported, at which solvers there are
     for module in list(sys.modules):
         if module.split(".")[0] == package or module.startswith("ftqp.qp.adapters._"):
             monkeypatch.delitem(sys.modules, module)

@@ -37,18 +37,19 @@ class Bound:
     grid: TaskPath  # The path, on the grid on which continuations go
     stride: int  # Samples of the path between those of the grid
     samples: IntArray  # Of the grid, that are looked at, (K,)
-    joints: IntArray  # That are looked at, by index, (j,)
 
     def counts(self, items: Sequence[int], threads: int | None = None) -> IntArray:
         """How many joints the best posture found can do without, at some of the samples, (items,)."""
         samples = self.samples[list(items)]
         points = sample_postures(self.grid, samples, threads)
         at = np.repeat(samples, [len(found) for found in points])
-        count = locks_survived(self.grid, np.concatenate(points), at, self.joints, threads).sum(axis=1)
+        count = locks_survived(
+            self.grid, np.concatenate(points), at, np.arange(self.grid.robot.nv), threads
+        ).sum(axis=1)
         return np.array([count[at == k].max(initial=0) for k in samples], dtype=np.int64)
 
 
-def bound_of(task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = None) -> Bound:
+def bound_of(task: TaskPath, waypoints: int) -> Bound:
     """What looks at some samples of a path.
 
     Self-motions at each sample are cut at the joint limits; each of their points is continued to the end of
@@ -65,7 +66,6 @@ def bound_of(task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = N
         grid=grid,
         stride=task.N // grid.N,
         samples=np.unique(np.linspace(0, grid.N, waypoints + 1).astype(np.int64)[:-1]),
-        joints=np.arange(task.robot.nv) if joints is None else np.asarray(joints, dtype=np.int64),
     )
 
 

@@ -242,7 +242,7 @@ def _summary(
 def _figures(study: WorkspaceStudy, found: dict[str, FloatArray], folder: Path) -> list[Path]:
     """The pictures; none, with a note, when the package that draws them is missing."""
     try:
-        from ftqp.viz.figures.map_pictures import save_maps
+        from ftqp.viz.figures.study_pictures import save_maps
     except MissingPackage as error:
         say(f"note: {error}")
         return []

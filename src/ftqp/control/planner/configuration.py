@@ -1,6 +1,6 @@
 """Configuration: all that a planner was given, and how one compiled call puts another one in its place."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -17,7 +17,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief, weakens
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.planner_commands import PlannerCommands, ReserveSamples
-from ftqp.kernel.entry.session import WORD, ArmSession, Call, Session, bound
+from ftqp.kernel.entry.session import WORD, ArmSession, Session, bound_write
 from ftqp.model.payload import Payload
 
 NUMBERS = count()
@@ -137,12 +137,6 @@ class Draft:
         return found
 
 
-def write_call(changes: Sequence[tuple[Any, Any]]) -> Call:
-    """The compiled call that writes arrays into others; the arrays are to be kept till then."""
-    table = np.array([(to.ctypes.data, of.ctypes.data, of.nbytes // WORD) for to, of in changes])
-    return bound("write_together", table, len(table))
-
-
 @final
 class CurrentConfiguration:
     """The configuration that a planner's record was written with, and what puts another in its place."""
@@ -240,7 +234,7 @@ class CurrentConfiguration:
             after = replace(change(before), number=next(NUMBERS), then=then)
             draft = Draft.taken(self._parts.arm)
             changes = self._worked_out(before, after, draft)
-            write = write_call(changes)
+            write = bound_write(changes)
             self._known[after.number] = after
             self._lead(None)  # until its parts have followed, steps look at its configuration
             # as one expression: no signal handler comes between the look and the call

@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import nan
 from typing import Any, NamedTuple, final
 
@@ -16,57 +15,8 @@ from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
 from ftqp.model.frames import mount_of
 from ftqp.model.robot import Robot
 
-
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """l <= C x <= u of one's own, at the price of a call in every step.
-
-    They go before the task of the end effector, which gives way as its mode says. x is the joint
-    acceleration, or the velocity at the velocity level.
-
-    Args:
-        rows: How many rows, 1 to 8, those of all ``Rows`` of a planner together.
-        fill: Called before each tick as ``fill(state, C, l, u)``: ``state`` has ``q``, ``v`` and ``a`` of
-            the reference, (nv,), ``level`` and ``dt`` [s], and ``C`` (rows, nv), ``l`` and ``u`` (rows,)
-            are to be written; they hold 0, -inf and inf before. Where it raises, leaves a number that is
-            not finite in ``C``, NaN in the others, or l > u, nothing is known of the constraint any more,
-            and the planner stops the arm.
-        name: What ``planner.constraints`` and explanations call it.
-
-    Raises:
-        InputError: ``rows`` is no number of rows, or ``fill`` no function.
-    """
-
-    rows: int
-    fill: Callable[[Any, Any, Any, Any], None]
-    name: str = "rows"
-
-    def __post_init__(self) -> None:
-        if not (isinstance(self.name, str) and self.name):
-            raise InputError(f"name is {self.name!r:.60}, expected a word such as 'cable'")
-        if isinstance(self.rows, bool) or not isinstance(self.rows, int) or not 1 <= self.rows <= OWN_ROWS:
-            raise InputError(f"rows of {self.name} is {self.rows!r:.60}, expected 1 to {OWN_ROWS}")
-        if not callable(self.fill):
-            raise InputError(
-                f"fill of {self.name} is {self.fill!r:.60}, expected a function (state, C, l, u)"
-            )
-
-    @property
-    def label(self) -> str:
-        """What it is called."""
-        return self.name
-
-    def filling(self, robot: Robot) -> Callable[[Any, Any, Any, Any], None]:
-        """The function.
-
-        Args:
-            robot: The arm, which the function does not need.
-        """
-        return self.fill
-
-
 _LOG = logging.getLogger(__name__)
-Constraint = Keep | Rows | OwnConstraint | TorqueLimits
+Constraint = Keep | OwnConstraint | TorqueLimits
 
 
 def checked_constraints(constraints: Any) -> tuple[Constraint, ...]:
@@ -85,7 +35,7 @@ def checked_constraints(constraints: Any) -> tuple[Constraint, ...]:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise InputError(f"two things are called {twice!r}; give the constraint another name=")
-    sides, rows = sides_of(constraints), sum(one.rows for one in own_of(constraints))
+    sides, rows = sides_of(constraints), sum(one.count for one in own_of(constraints))
     if len(sides) > KEEPS:
         raise InputError(
             f"constraints has {len(sides)} sides of planes, boxes and cones, expected at most {KEEPS}; make "
@@ -106,9 +56,9 @@ def sides_of(constraints: Sequence[Constraint]) -> tuple[tuple[Keep, Side], ...]
     return tuple((keep, side) for keep in kept_of(constraints) for side in keep.sides)
 
 
-def own_of(constraints: Sequence[Constraint]) -> tuple[Rows | OwnConstraint, ...]:
+def own_of(constraints: Sequence[Constraint]) -> tuple[OwnConstraint, ...]:
     """Those that are rows of the user's own."""
-    return tuple(one for one in constraints if isinstance(one, Rows | OwnConstraint))
+    return tuple(one for one in constraints if isinstance(one, OwnConstraint))
 
 
 def refuse_without_effect(constraints: Sequence[Constraint], robot: Robot, torque_limits: bool) -> None:
@@ -125,7 +75,7 @@ def needs_qp(constraints: Sequence[Constraint]) -> bool:
 
 def row_names(constraints: Sequence[Constraint]) -> Asked:
     """Names of their rows, by kind."""
-    own = [f"{one.label} {k}" for one in own_of(constraints) for k in range(one.rows)]
+    own = [f"{one.label} {k}" for one in own_of(constraints) for k in range(one.count)]
     sides = tuple(f"{keep.label} {side.name}".rstrip() for keep, side in sides_of(constraints))
     return {KEEP.name: sides, OWN_ROW.name: own}
 
@@ -163,10 +113,10 @@ class Constraints(Mapping[str, Kept]):
             _write(self._room, at, keep, side, robot)
         room, own, at = self._room, [], 0
         for one in own_of(constraints):
-            part = slice(at, at + one.rows)
+            part = slice(at, at + one.count)
             arrays = room.own_C[part, : robot.nv], room.own_l[part], room.own_u[part]
             own.append(Filled(f"constraint {one.label}", one.filling(robot), arrays))
-            at += one.rows
+            at += one.count
         room.count, room.own = len(sides_of(constraints)), at
         self._own = FilledRows(seen_of(session, robot), robot.neutral, own, self._tell) if own else None
 

@@ -128,6 +128,7 @@ class OwnConstraint:
     """
 
     name: str | None = setting(None)
+    called: ClassVar[str] = ""
     unit: ClassVar[str] = ""
     about: ClassVar[str] = "distance from the boundary, positive where it is kept"
 
@@ -139,12 +140,7 @@ class OwnConstraint:
     @property
     def label(self) -> str:
         """What it is called."""
-        return self.name or type(self).__name__
-
-    @property
-    def rows(self) -> int:
-        """How many rows it has."""
-        return self.count
+        return self.name or self.called or type(self).__name__
 
     @property
     @abstractmethod
@@ -167,6 +163,51 @@ class OwnConstraint:
             q: Joint positions, (nv,) [rad or m].
         """
         return float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class Rows(OwnConstraint):
+    """l <= C x <= u of one's own, at the price of a call in every step.
+
+    They go before the task of the end effector, which gives way as its mode says. x is the joint
+    acceleration, or the velocity at the velocity level.
+
+    Args:
+        rows: How many rows, 1 to 8, those of all ``Rows`` of a planner together.
+        fill: Called before each tick as ``fill(state, C, l, u)``: ``state`` has ``q``, ``v`` and ``a`` of
+            the reference, (nv,), ``level`` and ``dt`` [s], and ``C`` (rows, nv), ``l`` and ``u`` (rows,)
+            are to be written; they hold 0, -inf and inf before. Where it raises, leaves a number that is
+            not finite in ``C``, NaN in the others, or l > u, nothing is known of the constraint any more,
+            and the planner stops the arm.
+        name: What ``planner.constraints`` and explanations call it.
+
+    Raises:
+        InputError: ``rows`` is no number of rows, or ``fill`` no function.
+    """
+
+    rows: int
+    fill: FillRows
+    called: ClassVar[str] = "rows"
+
+    def __post_init__(self) -> None:
+        OwnConstraint.__post_init__(self)
+        if not callable(self.fill):
+            raise InputError(
+                f"fill of {self.label} is {self.fill!r:.60}, expected a function (state, C, l, u)"
+            )
+
+    @property
+    def count(self) -> int:
+        """How many rows it has."""
+        return self.rows
+
+    def filling(self, robot: Robot) -> FillRows:
+        """The function.
+
+        Args:
+            robot: The arm, which the function does not need.
+        """
+        return self.fill
 
 
 def refuse_unfinished(made: Any, most: int) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ftqp.core.clock import now
-from ftqp.kernel.building.wheel_targets import TARGETS, WheelTarget, is_this_machine
+from ftqp.kernel.building.wheel_targets import TARGETS, BuildTarget, CannotBuild, is_this_machine
 from ftqp.kernel.compiled import library
 from ftqp.kernel.compiled.library import (
     BUILT,
@@ -80,7 +80,7 @@ def _built(given: argparse.Namespace) -> int:
         if _is_there(given, wanted, away):
             return 0
         try:
-            from ftqp.kernel.building.store import CannotBuild, Store, build
+            from ftqp.kernel.building.store import Store, build
             from ftqp.kernel.compiled.making.emit import Target, target
         except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
             return _report_failure(given, f"building needs numba and llvmlite ({error})")
@@ -104,7 +104,7 @@ def _built(given: argparse.Namespace) -> int:
     return 0
 
 
-def _is_there(given: argparse.Namespace, wanted: dict[str, Any], away: WheelTarget | None) -> bool:
+def _is_there(given: argparse.Namespace, wanted: dict[str, Any], away: BuildTarget | None) -> bool:
     """Whether the library is there and made from this code; new comments are noted in its manifest."""
     try:
         said = json.loads((given.out / MANIFEST).read_bytes())

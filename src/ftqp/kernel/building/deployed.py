@@ -16,11 +16,11 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from ftqp.core.extras import remedy_for_extra
+from ftqp.kernel.building.wheel_targets import BuildTarget, CannotBuild
 from ftqp.kernel.compiled import library
 from ftqp.kernel.compiled.library import KERNEL, LEVELS
 from ftqp.kernel.layout.enums import JOINTS
@@ -30,25 +30,16 @@ WASM_STACK = 1 << 18
 """Stack of a planner in a browser [bytes]: thirty times what `benchmarks/bench_deployed.py` measures."""
 
 
-@dataclass(frozen=True, slots=True)
-class Platform:
-    """What a library is built for."""
-
-    triple: str | None  # Of LLVM; None is this machine's
-    cpu: str | None  # LLVM's name of the class of processors; None is this machine's
-    zig: str  # Architecture, system and C library as zig names them
-
-
-def platforms() -> dict[str, Platform]:
+def platforms() -> dict[str, BuildTarget]:
     """What can be built for, by the name that the user gives."""
     here = {"x86_64": "x86_64-linux-gnu", "AMD64": "x86_64-linux-gnu", "aarch64": "aarch64-linux-gnu"}
     own = here.get(platform.machine(), "x86_64-linux-gnu")
     host = "aarch64-macos" if sys.platform == "darwin" else own
     return {
-        "host": Platform(None, None, host),
-        "x86-64-v3": Platform("x86_64-unknown-linux-gnu", "x86-64-v3", "x86_64-linux-gnu"),
-        "aarch64": Platform("aarch64-unknown-linux-gnu", "cortex-a72", "aarch64-linux-gnu"),
-        "wasm32": Platform("wasm32-unknown-wasi", "generic", "wasm32-wasi"),
+        "host": BuildTarget(None, host),
+        "x86-64-v3": BuildTarget("x86_64-unknown-linux-gnu", "x86_64-linux-gnu", cpu="x86-64-v3"),
+        "aarch64": BuildTarget("aarch64-unknown-linux-gnu", "aarch64-linux-gnu", cpu="cortex-a72"),
+        "wasm32": BuildTarget("wasm32-unknown-wasi", "wasm32-wasi", cpu="generic"),
     }
 
 
@@ -77,11 +68,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     library.BUILDING = True  # before the formulas are imported
     try:
-        from ftqp.kernel.building.store import CannotBuild
+        from ftqp.kernel.building.store import Store
     except (ImportError, AttributeError) as error:  # none, or one that is made otherwise inside
         return _report_failure(f"building needs numba and ziglang ({error}); {remedy_for_extra('build')}")
     try:
-        made = _built(given)
+        made = _built(given, Store(store_folder()))
     except (CannotBuild, LookupError, OSError) as error:
         return _report_failure(str(error))
     sys.stdout.write(json.dumps(made) + "\n")
@@ -99,8 +90,8 @@ def _report_failure(reason: str) -> int:
     return 1
 
 
-def _built(given: argparse.Namespace) -> dict[str, Any]:
-    from ftqp.kernel.building.store import CannotBuild, Store, compiled
+def _built(given: argparse.Namespace, store: Any) -> dict[str, Any]:
+    from ftqp.kernel.building.store import compiled
     from ftqp.kernel.compiled.making.emit import Target, target
     from ftqp.kernel.entry.table import DEPLOYED, FOLLOWING
 
@@ -111,13 +102,12 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
         known = given.cpu is None or given.cpu in LEVELS.get(platform.machine(), ())
         processor = target(given.cpu) if known else Target(target().triple, given.cpu)
     else:
-        processor = Target(wanted.triple, given.cpu or wanted.cpu or "")
+        processor = Target(wanted.triple, given.cpu or wanted.cpu)
         own = target()
         if processor.cpu == own.cpu and not processor.is_foreign:
             processor = own  # of the same object files
     if given.cpu is not None:
         _refuse_unknown(given.cpu, given.target, wanted)
-    store = Store(store_folder())
     with store.alone():
         entries = DEPLOYED + (FOLLOWING if given.path else ())
         keys, count = compiled(entries, processor, store, given.jobs, given.joints, _say_progress)
@@ -141,10 +131,8 @@ def _built(given: argparse.Namespace) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _refuse_unknown(cpu: str, name: str, wanted: Platform) -> None:
+def _refuse_unknown(cpu: str, name: str, wanted: BuildTarget) -> None:
     """Refuse a processor that the target's architecture does not have; zig writes names with underscores."""
-    from ftqp.kernel.building.store import CannotBuild
-
     with tempfile.TemporaryDirectory() as folder:
         empty = Path(folder) / "empty.c"
         empty.write_text("int ftqp_nothing;\n", encoding="utf-8")
@@ -157,7 +145,7 @@ def _refuse_unknown(cpu: str, name: str, wanted: Platform) -> None:
             ) from None
 
 
-def _linked(given: argparse.Namespace, wanted: Platform, objects: list[str]) -> list[str]:
+def _linked(given: argparse.Namespace, wanted: BuildTarget, objects: list[str]) -> list[str]:
     """Write the libraries: their names."""
     if given.target == "wasm32":
         exports = [f"-Wl,--export={name}" for name in exported(given.source / "ftqp.h")]
@@ -186,8 +174,6 @@ def exported(header: Path) -> list[str]:
 
 def _zig(*arguments: Any) -> str:
     """Run zig: what it printed."""
-    from ftqp.kernel.building.store import CannotBuild
-
     command = [sys.executable, "-P", "-m", "ziglang", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

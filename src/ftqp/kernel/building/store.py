@@ -33,7 +33,7 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from ftqp.kernel.building.numba_patches import patch_numba
-from ftqp.kernel.building.wheel_targets import WheelTarget
+from ftqp.kernel.building.wheel_targets import BuildTarget, CannotBuild
 from ftqp.kernel.compiled.library import (
     KERNEL,
     EntryPoint,
@@ -53,10 +53,6 @@ GLUE = Path(emit.__file__).parents[1] / "glue.c"
 """Compiled beside the units whenever they are linked."""
 NO_LINKER = "neither ziglang nor cc is here to link it"
 NO_ZIG = "ziglang, which links a library for another machine, is not here"
-
-
-class CannotBuild(Exception):
-    """The kernel cannot be built here; the message says why."""
 
 
 _MAKING = "compiled/making"
@@ -275,7 +271,7 @@ def compiled(
     return keys, made
 
 
-def linkers(target: WheelTarget | None = None) -> list[list[str]]:
+def linkers(target: BuildTarget | None = None) -> list[list[str]]:
     """The beginnings of the commands that may link a library for a target, or here, the best first."""
     zig = [[sys.executable, "-m", "ziglang", "cc"]] if importlib.util.find_spec("ziglang") else []
     if target is None:
@@ -287,7 +283,7 @@ def linkers(target: WheelTarget | None = None) -> list[list[str]]:
     return [] if free is None else [[*one, "-shared", "-fPIC", "-O2", "-s", *free] for one in found]
 
 
-def linked(files: Sequence[Path], target: WheelTarget | None = None) -> bytes:
+def linked(files: Sequence[Path], target: BuildTarget | None = None) -> bytes:
     """The library of object files."""
     said, found = "", linkers(target)
     if not found:
@@ -310,7 +306,7 @@ def linked(files: Sequence[Path], target: WheelTarget | None = None) -> bytes:
 def build(
     out: Path, wanted: dict[str, Sequence[EntryPoint]], targets: Sequence[Target], source: Path,
     store: Store, *, jobs: int, checked: bool, ready: Callable[[], object] | None = None,
-    away: WheelTarget | None = None,
+    away: BuildTarget | None = None,
 ) -> int:  # fmt: skip
     """Build a library for each class of processors and put them with their manifest into a folder."""
     if platform.system() not in ("Linux", "Darwin"):

@@ -62,9 +62,14 @@ def copies(changes: Sequence[tuple[Any, Any]]) -> Any:
     return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
 
+def bound_write(changes: Sequence[tuple[Any, Any]]) -> Call:
+    """The compiled call that writes arrays into others; the caller keeps them till then."""
+    return bound("write_together", table := copies(changes), len(table))
+
+
 def write_together(changes: Sequence[tuple[Any, Any]]) -> None:
     """Write arrays into others in one compiled call: all of them, or none where an exception comes before."""
-    bound("write_together", table := copies(changes), len(table))()
+    bound_write(changes)()
 
 
 def thread_count() -> int:

@@ -16,8 +16,8 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import row_labels, variable_labels
 from ftqp.control.planner.running_task import RunningTask
 from ftqp.control.scene.solid_shapes import WORDS, Hull
-from ftqp.control.task.keep import BOX, CONE, KINDS, Keep, TorqueLimits
-from ftqp.control.task.own_task import LeastSquares, OwnConstraint, OwnTask
+from ftqp.control.task.keep import BOX, CONE, KINDS, TorqueLimits
+from ftqp.control.task.own_task import LeastSquares, OwnConstraint, OwnTask, Rows
 from ftqp.control.task.soft_tasks import FIRST, PositionTask
 from ftqp.core.checks import FloatArray
 from ftqp.model.chain import Skeleton
@@ -102,11 +102,11 @@ def further_about(planner: Planner, q: FloatArray | None = None) -> dict[str, An
             if isinstance(keep, TorqueLimits):
                 found.append({"name": keep.label, "kind": "torque"})
                 continue
-            if not isinstance(keep, Keep):
-                found.append({"name": keep.label, "kind": "rows", "rows": keep.rows})
-                if isinstance(keep, OwnConstraint):
-                    own_unit = {"unit": keep.unit} if keep.unit else {}
-                    found[-1] |= {**own_unit, **_settings(keep), "of": type(keep).__name__}
+            if isinstance(keep, OwnConstraint):
+                own_unit = {"unit": keep.unit} if keep.unit else {}
+                own_kind = {} if isinstance(keep, Rows) else {"of": type(keep).__name__}
+                rows = {"kind": "rows", "rows": keep.count}
+                found.append({"name": keep.label, **own_unit, **_settings(keep), **own_kind, **rows})
                 continue
             T = robot.pose(np.zeros(robot.nv), keep.frame)
             point = np.zeros(3) if keep.shape == CONE else keep.point

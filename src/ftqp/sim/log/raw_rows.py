@@ -37,13 +37,7 @@ SCALARS = (
 
 @final
 class RawLayout:
-    """Where each field of a raw row lies.
-
-    Attributes:
-        fields: columns of each field by name, in their order.
-        width: numbers in a row.
-        scalars: columns of all `SCALARS` together.
-    """
+    """Where each field of a raw row lies: its columns by name, and those of all `SCALARS` together."""
 
     def __init__(
         self, nv: int, coordinates: int | None = None, *, sensed: Sequence[str] = (), further: int = 0

@@ -205,16 +205,8 @@ class GainServo:
     gear the motor is a rotor of its own, of half the inertia m, that pulls the joint by a spring of
     m resonance^2 (damping ratio 0.05), within its play by nothing.
 
-    Args:
-        robot: the arm as its maker knows it, with its rotors.
-        drive: ``"position"``, ``"velocity"`` or ``"torque"``, what the arm takes.
-        gains: what the servos are.
-        step: time step of the physics, > 0 [s].
-
-    Attributes:
-        demand: What each servo asks of its motor, whether that gives it or not, within the healthy torque
-            limits, (nv,) [N m or N]; belongs to the servos.
-        strays: Has no meaning for servos that know of no other joint, (nv,).
+    ``demand`` is what each servo asks of its motor, whether that gives it or not, within the healthy torque
+    limits, (nv,) [N m or N]; ``strays`` has no meaning for servos that know of no other joint, (nv,).
     """
 
     def __init__(self, robot: Robot, drive: str, gains: Gains, step: float) -> None:

@@ -37,11 +37,7 @@ def facts_at(planner: Planner, measures: FurtherMeasures, q: FloatArray) -> tupl
 
 @final
 class WatchedArm:
-    """One arm and its planner in a session.
-
-    Attributes:
-        failed: What has really failed, by joint.
-    """
+    """One arm and its planner in a session; ``failed`` is what has really failed, by joint."""
 
     def __init__(self, player: SessionArm) -> None:
         self._player = player

@@ -6,7 +6,7 @@ worker is taken by a script in which the planner itself runs, so that there is o
 
 import json
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path as File
@@ -27,7 +27,6 @@ from ftqp.sim.session.session_commands import WEAK
 from ftqp.viz.live import colours
 from ftqp.viz.live.drag_handles import wxyz
 from ftqp.viz.live.live_page import CONTROLS
-from ftqp.viz.live.meshes import Part
 from ftqp.viz.live.panel import (
     FASTEST,
     INVITATION,
@@ -90,7 +89,7 @@ class Played:
     loader: str
 
 
-def playground_page(played: Played, parts: Sequence[Part] | None = None) -> str:
+def playground_page(played: Played) -> str:
     """The whole page, one file without an address in it."""
     robot = played.planner.robot
     robot.refuse_floating("a page without a server shows")
@@ -105,7 +104,7 @@ def playground_page(played: Played, parts: Sequence[Part] | None = None) -> str:
         server.gui.main_panel.set_width(CONTROLS)
         frame = _first(played)
         points = None if played.path is None else path_points(played.path)
-        scene = Scene(server, robot, frame, path=points, parts=parts, hidden=("ellipsoid",))
+        scene = Scene(server, robot, frame, path=points, hidden=("ellipsoid",))
         turns = any(row.startswith("r") for row in robot.default_rows)
         scene.handles.drag(lambda pose: None, frame.joints[-1], turns)
         controls = add_controls(server, scene, robot.joints, round(speed, 1), _about(played))

@@ -54,12 +54,7 @@ def sight_of(K: Any, robot: Robot) -> Sight | None:
 
 @final
 class MonitorResponse:
-    """Believes what the monitor of the servos has found, and takes it back when the joint follows again.
-
-    Attributes:
-        findings: What was found and acted upon, in order.
-        diagnosis: What is held for likely.
-    """
+    """Believes what the monitor of the servos has found, and takes it back when the joint follows again."""
 
     def __init__(
         self,
