@@ -142,7 +142,7 @@ def is_strained(K: Any, i: int) -> bool:
 
 @jit
 def is_asked_for_all(K: Any, i: int) -> bool:
-    """Whether the acceleration that joint i was asked for lately takes all that its weight leaves of its motor.
+    """Whether the acceleration that joint i was asked for lately takes all that its weight leaves.
 
     Files seldom have accelerations, and the rule that takes their place knows no torques.
     """
