@@ -364,9 +364,19 @@ def direction(v: float, slow: float) -> float:
 
 
 @jit
-def _sense(M: Any, i: int, v: float, slow: float) -> float:
+def _creeps(M: Any) -> bool:
+    """Whether a joint is so slow that dry friction may hold it to either side."""
+    share = M.phi[FRICTION]
+    return bool(abs(share) < direction(STILL, 1.0) if M.fades == 0.0 else share == 0.0)
+
+
+@jit
+def _sense(K: Any, i: int, v: float, slow: float) -> float:
     """To which side friction acts on joint i: -1 or 1 where it moves, and 0 where it may stand."""
+    M = K.monitor
     asked = min(max(v, -M.peak_v[i]), M.peak_v[i])
+    if K.feedback.kind == TORQUE_DRIVE:
+        return direction(asked, slow / STILL)
     share = min(max(abs(asked) / slow - 1.0, 0.0), 1.0)
     return float(share if asked > 0.0 else -share)
 
@@ -484,19 +494,22 @@ def residual(K: Any, i: int) -> None:
     M = K.monitor
     phi, theta, v, a, slow = M.phi, M.theta[i], M.v[i], M.a[i], creep_of(K, i)
     phi[0], phi[1], phi[2], phi[3], phi[4], phi[5] = v, a, direction(v, slow), 1.0, M.weight[i], M.inertia[i]
+    by_torque = K.feedback.kind == TORQUE_DRIVE
     if M.fades > 0.0:
         _forget_older(M.slow[i], phi, 1.0 if M.S[i] == 0.0 else M.fades)
         v, a = phi[0], phi[1]
     else:
-        M.sense[i] = phi[FRICTION] = _sense(M, i, v, slow)
-    by_torque = K.feedback.kind == TORQUE_DRIVE
+        M.sense[i] = phi[FRICTION] = _sense(K, i, v, slow)
+        if by_torque and theta[FRICTION] < 0.0 and _creeps(M):  # one below zero holds nothing
+            phi[FRICTION] = 0.0
     r = M.u_f[2, i] - (M.weight[i] if by_torque else M.y_f[2, i])
     for k in range(SERVO):
         r -= phi[k] * theta[k]
     if M.fades == 0.0:
         if M.G[i] > 0.0 and phi[FRICTION] * r > 0.0 and abs(M.sense[i]) == 1.0 and may_stick(K, i):
             r += _come_loose(M, i)
-        r = _friction_at_rest(M, i, r)
+        if not by_torque:
+            r = _friction_at_rest(M, i, r)
     moved = _motion_beside(K, i)
     miss, sharp = M.missed[i] * moved, M.sharp[i] * moved
     if by_torque:
@@ -506,6 +519,8 @@ def residual(K: Any, i: int) -> None:
         spread = 4.0 * noise_of(K, i) * M.w * K.state.dt + 0.25 * GEAR * GEAR + miss * miss
     if M.fades > 0.0:
         spread += _stuck(M, i) * _friction_squared(M, i)
+    elif by_torque:  # the slower it is the less is known to which side it is held
+        spread += (1.0 - phi[FRICTION] * phi[FRICTION]) * _friction_squared(M, i)
     else:
         more = MORE * (1.0 - abs(M.sense[i])) * max(theta[FRICTION], 0.0)
         spread += more * more
@@ -578,7 +593,7 @@ def learn_servo(K: Any, i: int) -> None:
     M, block = K.monitor, block_time(K)
     phi, theta, P, gain, v = M.phi, M.theta[i], M.P[i], M.gain, abs(M.v[i])
     r_i, S, held = M.r[i], M.S[i], 0.0
-    if M.fades == 0.0:
+    if K.feedback.kind == POSITION_DRIVE:
         held = _held_by_friction(M, i)
         if held > 0.0:
             r_i += M.hold[i] - M.sense[i] * max(theta[FRICTION], 0.0)
@@ -590,8 +605,9 @@ def learn_servo(K: Any, i: int) -> None:
         gain[r] = _add_products(0.0, 1.0, P[r], phi)
     friction, doubt = theta[FRICTION], P[FRICTION, FRICTION]
     # what holds a joint is no measure of its friction, but that it is no less
-    stuck = phi[FRICTION] == 0.0 if M.fades > 0.0 else held > 0.0
-    stuck = stuck or (M.fades == 0.0 and abs(M.sense[i]) < 1.0 and gain[FRICTION] * r_i < 0.0)
+    stuck = _creeps(M)
+    if K.feedback.kind == POSITION_DRIVE:
+        stuck = held > 0.0 or (abs(M.sense[i]) < 1.0 and gain[FRICTION] * r_i < 0.0)
     for r in range(SERVO):
         theta[r] += share * gain[r] * r_i
         _add_row(P[r], -share * gain[r], gain)
