@@ -141,17 +141,6 @@ def is_strained(K: Any, i: int) -> bool:
 
 
 @jit
-def is_asked_for_all(K: Any, i: int) -> bool:
-    """Whether the acceleration that joint i was asked for lately takes all that its weight leaves.
-
-    Files seldom have accelerations, and the rule that takes their place knows no torques.
-    """
-    M, top = K.monitor, K.limits.tau_max[i] * K.monitor.unit[i]
-    asked = abs(M.weight[i]) + M.own[i] * M.peak_a[i] > STRAINED * top
-    return bool(asked and K.feedback.kind != TORQUE_DRIVE)
-
-
-@jit
 def ticks_to_settle(K: Any, i: int) -> int:
     """For how many ticks joint i is not judged once its servo begins."""
     if K.feedback.kind == TORQUE_DRIVE:

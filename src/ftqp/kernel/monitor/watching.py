@@ -13,7 +13,6 @@ from ftqp.kernel.monitor.servos import (
     BEGINS,
     SLOW,
     begin_filters,
-    is_asked_for_all,
     is_strained,
     learn_servo,
     motion_terms,
@@ -37,7 +36,7 @@ def _look(K: Any, i: int, known: bool) -> None:
     M = K.monitor
     observe_joint(K, i)
     residual(K, i)
-    if is_strained(K, i) or is_asked_for_all(K, i):
+    if is_strained(K, i):
         M.blind[i] = ticks_to_settle(K, i)
     counts = works(K, i) and K.held.on == 0 and M.blind[i] == 0 and K.feedback.thrown == 0.0
     by_torque = K.feedback.kind == TORQUE_DRIVE
