@@ -366,6 +366,8 @@ def _sense(K: Any, i: int, v: float, slow: float) -> float:
     asked = min(max(v, -M.peak_v[i]), M.peak_v[i])
     if K.feedback.kind == TORQUE_DRIVE:
         return direction(asked, slow / STILL)
+    sooner = M.D * (M.y_f[0, i] - M.y_f[1, i])  # behind two poles: what has stopped shows sooner
+    asked = min(max(sooner, 0.0), asked) if asked > 0.0 else max(min(sooner, 0.0), asked)
     share = min(max(abs(asked) / slow - 1.0, 0.0), 1.0)
     return float(share if asked > 0.0 else -share)
 
