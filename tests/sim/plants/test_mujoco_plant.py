@@ -243,12 +243,13 @@ def test_both_plants_agree_on_a_free_joint(panda, fault, until):
 
 @pytest.mark.long
 def test_both_plants_agree_on_a_joint_that_locks_at_once(panda):
-    events = [FaultEvent(1.5, Locked(2, mode="instant", reset="momentum"))]
+    """When no joint is near its speed limit, of which an arm whose servos are estimated leaves them some."""
+    events = [FaultEvent(1.6, Locked(2, mode="instant", reset="momentum"))]
     one = circle(panda, KinematicPlant(panda, DT), events, sensors=beside(panda))
     other = circle(panda, torque_arm(panda), events)
     assert one.completed and other.completed
-    expected = one.log["position_error"].max()  # the torque loop takes some ticks to answer the impulse
-    assert other.log["position_error"].max() == pytest.approx(expected, rel=0.03)
+    expected = one.log["position_error"].max()
+    assert other.log["position_error"].max() == pytest.approx(expected, rel=1e-3)
     np.testing.assert_allclose(other.q, one.q, atol=1e-3)
 
 
