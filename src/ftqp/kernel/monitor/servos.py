@@ -479,8 +479,8 @@ def _sharper(S: float, miss: float, sharp: float, pull: float) -> float:
 def residual(K: Any, i: int) -> None:
     """r of joint i, and S, its variance: what is left open, noise, and what the model misses.
 
-    S = phi' P phi + 4 sigma^2 w dt + (missed act)^2, and f^2 + var f where the joint hardly moves. What
-    speaks against the joint is r next to sqrt(S + the pull of the others).
+    S = phi' P phi + 4 sigma^2 w dt + (missed act)^2, and what friction may hold by more at rest. What speaks
+    against the joint is r next to sqrt(S + the pull of the others).
     """
     M = K.monitor
     phi, theta, v, a, slow = M.phi, M.theta[i], M.v[i], M.a[i], creep_of(K, i)
