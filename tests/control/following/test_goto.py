@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from tests.going import DT, closed_loop, go, planner_at, within_limits
-from tests.servo_arm import ServoArm
+from tests.servo_arm import ServoArm, TorqueArm
 
 import ftqp
 from ftqp.core.pose import rotation_x
@@ -262,6 +262,17 @@ def test_arm_behind_a_servo_of_15_hz_goes_to_its_goal(drive, takes, of):
         locked = "lock" in of
         assert goto.status is (ftqp.GoToStatus.UNREACHABLE if locked else ftqp.GoToStatus.REACHED)
         assert np.abs(np.delete(arm.q - HOME, 3)).max() < 1e-3
+
+
+def test_torque_arm_goes_to_its_pose_while_it_learns_the_load_of_which_nobody_told():
+    """Every look at the load was news for which the way was looked for anew: the arm stood for good."""
+    goto = ftqp.GoTo(planner_at(AWAY, drive="torque"), pose=PANDA.pose(HOME))
+    arm, rng = TorqueArm(PANDA, AWAY, DT, mass=1.0), np.random.default_rng(2)
+    for _ in range(2000):
+        arm.command(goto.step(arm.q + 1e-5 * rng.standard_normal(7), None))
+        if goto.done:
+            break
+    assert goto.status is ftqp.GoToStatus.REACHED, goto.sentence
 
 
 def test_speed_slows_the_way_down_even_half_way_there():

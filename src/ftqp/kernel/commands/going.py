@@ -33,6 +33,7 @@ from ftqp.kernel.layout.thresholds import (
 )
 from ftqp.kernel.maths.elementary import floor
 from ftqp.kernel.maths.jerk_limited import PARTS, brake, duration_of, fastest, slower, state_after
+from ftqp.kernel.maths.vectors import three
 
 ALONG = 1e-9
 """States as near to the way of all joints as this share of their limits lie along it. A convention."""
@@ -278,12 +279,18 @@ def judge_going(K: Any, W: Any) -> int:
 
 @jit
 def _believes_anew(K: Any, W: Any) -> bool:
-    """Whether something else is believed of a joint, its limits or the load than a tick ago."""
-    limits, chain, news = K.limits, K.chain, False
+    """Whether something else is believed of a joint, its limits or the load than a tick ago.
+
+    A load that is learned while the arm moves comes nearer to what it is in every look, and is no news.
+    """
+    limits, chain, learned, news = K.limits, K.chain, K.learned, False
     for i in range(chain.n):
+        learns = learned.based and i == chain.tip_joint
+        mass = learned.base_mass if learns else chain.mass[i]
+        com = three(learned.base_com) if learns else three(chain.com[i])
         now = (
             float(K.faults.code[i]), limits.q_min[i], limits.q_max[i], limits.v_max[i], limits.a_brake[i],
-            limits.tau_max[i], chain.mass[i], chain.com[i, 0], chain.com[i, 1], chain.com[i, 2],
+            limits.tau_max[i], mass, com[0], com[1], com[2],
         )  # fmt: skip
         for k in range(10):
             news = news or W.known[i, k] != now[k]
