@@ -31,6 +31,10 @@ LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
 """Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
 sample's; what counts of one is at most so many times what was learned, and so much [rad2]; a joint whose
 encoder scatters by more than the last one [rad or m] has a sensor that fails."""
+RISES, FALLS, QUARTER, LEAST = 0.05, 0.15, 3.14, 3e-6
+"""A quarter of all differences is below what is usual: it rises by the first share where one is above, and
+falls by the second where it is not. Of normal ones a deviation is so many times a quarter; the least of all
+[rad or m] is that of ``LEAST_NOISE``."""
 FIRST = 197
 """What is learned of a torque arm's so many first samples is their mean, as of the later ones."""
 FILTER = 0.006
@@ -108,7 +112,7 @@ def _toward(value: Any, end: Any, most: Any) -> Any:
 def _learn_noise(K: Any, at: int, sample: Any, works: Any) -> Any:
     """The standard deviation of the samples of the joints from ``at`` on; never below the stated one.
 
-    By y - 3 y1 + 3 y2 - y3.
+    By y - 3 y1 + 3 y2 - y3, and beside it by a quarter of them, which no few of any size change.
     """
     held, before = K.held, load_lanes(K.held.sigma, at)
     last, older, oldest = (
@@ -123,6 +127,10 @@ def _learn_noise(K: Any, at: int, sample: Any, works: Any) -> Any:
     known = mul_add(share, smaller(0.05 * (d * d), most) - known, known)
     sigma = select(works, larger(smaller(sqrt(known), NOISIEST), K.feedback.sigma), before)
     store_lanes(held.sigma, at, sigma)
+    usual = load_lanes(held.usual, at)
+    above = QUARTER * QUARTER * 0.05 * (d * d) > usual * usual
+    usual = larger(usual * select(above, 1.0 + RISES, 1.0 - FALLS), LEAST)
+    store_lanes(held.usual, at, select(works, usual, load_lanes(held.usual, at)))
     store_lanes(held.older[1], at, select(works, older, oldest))
     store_lanes(held.older[0], at, select(works, last, older))
     store_lanes(held.last, at, select(works, sample, last))
@@ -296,7 +304,7 @@ def watch_arm(K: Any, first: bool) -> None:
             _forget(held, K.chain.n)
         if first:
             for i in range(K.chain.n):
-                held.sigma[i] = feedback.sigma
+                held.sigma[i], held.usual[i] = feedback.sigma, NOISIEST
         return
     held.since += K.state.dt
     if K.state.unusable == NOTHING_HEARD or is_blind(feedback):

@@ -50,8 +50,10 @@ HITS = 0.3
 """... if one was seen to come there at this speed [rad/s or m/s] ..."""
 NEAR_END = 5e-3
 """... and to be so near to it [rad or m], beside what it goes in two ticks."""
-RECOVERY = 0.2
-"""A good sample takes back this share of what a bad one costs."""
+RECOVERY = 1.0
+"""A good sample takes back this share of what a bad one costs: a sensor is lost that is mostly wrong."""
+FAR_OFF = 1.5
+"""Samples that scatter by more than so many times what is usual of them are so because some are wrong."""
 SILENCE, BLIND = 1.0, 0.3
 """For so long [s] an arm waits for samples when none of its joints says a number: that is the line, and no
 sensor's fault; and one that takes torques, which no servo holds, so that what its model misses grows as a
@@ -101,7 +103,8 @@ def begin(K: Any) -> None:
         q, v = state.q_command[i], state.v_command[i]
         at = q if anew or not is_finite(state.q[i]) else state.q[i]
         feedback.angle[i] = nan
-        feedback.seen[i] = feedback.good[i] = feedback.q_hat[i] = feedback.q_now[i] = at
+        feedback.seen[i] = feedback.good[i] = feedback.foretold[i] = at
+        feedback.q_hat[i] = feedback.q_now[i] = at
         feedback.v_hat[i] = feedback.v_now[i] = feedback.v_sent[i] = v
         feedback.d_hat[i] = feedback.d_slow[i] = 0.0
         feedback.offset[i] = at - q
@@ -118,6 +121,12 @@ def begin(K: Any) -> None:
             past.q[s, i], past.v[s, i], past.a[s, i], past.tau[s, i] = q, v, 0.0, 0.0
     for s in range(feedback.span):
         past.known[s] = 0
+
+
+@jit
+def _noise(feedback: Any, sigma: Any, usual: Any) -> Any:
+    """The standard deviation of samples that are not wrong [rad or m]."""
+    return larger(smaller(sigma, FAR_OFF * usual), feedback.sigma)
 
 
 @jit
@@ -169,7 +178,8 @@ def _time_error(K: Any, i: int, then: int) -> float:
     for j in range(K.chain.n):
         if j == i or K.faults.code[j] != HEALTHY or feedback.lost[j] or not is_finite(feedback.jump[j]):
             continue
-        blur = SIGMAS * max(feedback.sigma, K.held.sigma[j]) + ROOM + min(feedback.increment[j], COARSEST)
+        blur = SIGMAS * _noise(feedback, K.held.sigma[j], K.held.usual[j]) + ROOM
+        blur += min(feedback.increment[j], COARSEST)
         v = K.past.v[then, j] / blur
         total -= v * feedback.jump[j] / blur
         known += v * v
@@ -180,12 +190,25 @@ def _time_error(K: Any, i: int, then: int) -> float:
 def _comes_mistimed(K: Any, i: int, then: int, v: float) -> bool:
     """Whether a sample that cannot be true is, had it come as late or early as those of the others did."""
     feedback, late = K.feedback, _time_error(K, i, then)
-    sigma, at = max(feedback.sigma, K.held.sigma[i]), K.state.q[i] + v * late
+    sigma, at = _noise(feedback, K.held.sigma[i], K.held.usual[i]), K.state.q[i] + v * late
     if not _is_possible(K.state, K.faults, K.limits, feedback, sigma, i, at, v):
         return False
     if abs(late) > abs(feedback.time_error):
         feedback.time_error = late
     return True
+
+
+@jit
+def _shows_last_wrong(K: Any, i: int, sigma: float, sample: float, v: float) -> bool:
+    """Whether a sample follows upon the good one before the last, and not upon that: the last was wrong.
+
+    A sensor that has jumped stays where it is.
+    """
+    feedback, last = K.feedback, K.feedback.good[i]
+    feedback.good[i] = feedback.foretold[i]
+    follows = _is_possible(K.state, K.faults, K.limits, feedback, sigma, i, sample, v)
+    feedback.good[i] = last
+    return bool(follows)
 
 
 @jit
@@ -313,7 +336,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         feedback.seen[i] = past.q[then, i] + (feedback.offset[i] if healthy else 0.0)
         feedback.refused += 1
         return
-    sigma = max(feedback.sigma, K.held.sigma[i])
+    sigma = _noise(feedback, K.held.sigma[i], K.held.usual[i])
     possible = _is_possible(state, K.faults, K.limits, feedback, sigma, i, sample, v)
     if feedback.unheard > 0.0 and feedback.silent == 0.0:
         feedback.moved[i] = 0.0  # nothing is learned of a joint that said nothing
@@ -321,7 +344,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         feedback.wide = feedback.thrown = IMPACT_TIME
         possible = _is_possible(state, K.faults, K.limits, feedback, sigma, i, sample, v)
     if not possible and is_finite(sample):
-        possible = _comes_mistimed(K, i, then, v)
+        possible = _comes_mistimed(K, i, then, v) or _shows_last_wrong(K, i, sigma, sample, v)
     if healthy or feedback.sigma > 0.0:
         asked = v
         if healthy and feedback.kind == VELOCITY_DRIVE:  # the loop's errors move one that rests
@@ -338,6 +361,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     judged = judged and (K.monitor.found[i] != 0 or (healthy and K.chain.lead[i] == i))
     feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost, not judged)
     if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):
+        feedback.foretold[i] = feedback.good[i] + feedback.age[i] * state.dt * v
         feedback.seen[i] = feedback.good[i] = sample
         feedback.offset[i] = sample - past.q[then, i]
         feedback.age[i] = 0
@@ -359,7 +383,7 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     They are taken where all were good a tick ago, all are possible now, as ``_is_possible`` has it, and none
     repeats oddly.
     """
-    state, limits, feedback, past, sigma = K.state, K.limits, K.feedback, K.past, K.held.sigma
+    state, limits, feedback, past, held = K.state, K.limits, K.feedback, K.past, K.held
     if feedback.silent > 0.0 or feedback.unheard > 0.0:
         return False
     odd = is_set(feedback.age, at) | is_set(feedback.lost, at) | is_set(feedback.bad, at)
@@ -368,10 +392,12 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     dt = state.dt
     sample, v, q = load_lanes(state.q, at), load_lanes(past.v[then], at), load_lanes(past.q[then], at)
     top = larger(larger(load_lanes(limits.v_max, at), abs(v)), abs(load_lanes(feedback.v_hat, at)))
-    fixed = SIGMAS * larger(load_lanes(sigma, at), feedback.sigma) + ROOM
+    sigma = _noise(feedback, load_lanes(held.sigma, at), load_lanes(held.usual, at))
+    fixed = SIGMAS * sigma + ROOM
     fixed += smaller(load_lanes(feedback.increment, at), COARSEST)
     room = SPEED_SHARE * dt * top + dt * dt * load_lanes(limits.a_max, at) + fixed
-    off = abs(sample - load_lanes(feedback.good, at) - dt * v)
+    foretold = load_lanes(feedback.good, at) + dt * v
+    off = abs(sample - foretold)
     if not all_of((off <= room) & (abs(sample) < inf)):
         return False
     noisy = feedback.sigma > 0.0
@@ -380,7 +406,8 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
         if any_of(repeat_oddly(state, feedback, at, sample, asked, noisy)):
             return False
         learn_block(state, feedback, at, sample, asked)
-    store_lanes(feedback.jump, at, sample - load_lanes(feedback.good, at) - dt * v)
+    store_lanes(feedback.jump, at, sample - foretold)
+    store_lanes(feedback.foretold, at, foretold)
     store_lanes(feedback.seen, at, sample)
     store_lanes(feedback.good, at, sample)
     store_lanes(feedback.offset, at, sample - q)

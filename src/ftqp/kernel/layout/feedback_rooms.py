@@ -65,6 +65,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     good  f8[N]  last good ones, ``age`` ticks old, ``offset`` from the reference
     raw  f8[N]  what was measured last, ``same`` times in a row more, while the reference went ``moved``
     offset  f8[N]
+    foretold  f8[N]  where the last good one was expected by the one before
     spent  f8[N]  patience that bad samples have cost
     q_hat v_hat d_hat d_slow q_now v_now q_sent v_sent tau_sent h  f8[N]
     wound  f8[N]  integral part of a velocity arm's hold
@@ -132,6 +133,7 @@ held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands 
     at  f8[N]  where it is held, or began to stand
     older  f8[2,N]  the two samples before the last one
     sigma  f8[N]  the standard deviation of samples, learned, and at least what was stated
+    usual  f8[N]  the same by what is usual of them: of some that are far off it knows nothing
     near  f8[N]  where it stands now, as this may go slowly
     way  f8[N]  the sign of where it was to go
 monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks against each joint.
