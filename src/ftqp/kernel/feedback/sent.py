@@ -9,6 +9,7 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE
+from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.monitor.leading import ahead, blend, held_by, keep_found, lead_joint
@@ -261,6 +262,20 @@ def _creep(limits: Any, feedback: Any, held: Any, i: int) -> float:
 
 
 @jit
+def _stops_inside(K: Any, i: int, v: float) -> float:
+    """v, if joint i still comes to rest in its range after it: v^2 <= 2 a (q_max - q^ - T v^).
+
+    A servo that lags by T moves the joint on by T v^ once it is sent nothing more, and that place goes at the
+    speed that is sent. T is the longest that is likely.
+    """
+    limits, feedback = K.limits, K.feedback
+    rests = feedback.q_hat[i] + K.monitor.response[i] * feedback.v_hat[i]
+    left = limits.q_max[i] - rests if v > 0.0 else rests - limits.q_min[i]
+    most = sqrt(2.0 * limits.a_brake[i] * max(left, 0.0))
+    return min(max(v, -most), most)
+
+
+@jit
 def _speed(K: Any, i: int) -> float:
     """What is sent to joint i of an arm that takes velocities."""
     state, limits, feedback, past = K.state, K.limits, K.feedback, K.past
@@ -269,7 +284,7 @@ def _speed(K: Any, i: int) -> float:
     if feedback.bad[i]:
         return _faded(state, limits, i, feedback.bent[i])
     off = past.q[slot(feedback, feedback.latency), i] - feedback.q_hat[i]
-    return _held(state, limits, feedback, i, off, ahead(K, i), held_by(K, i))
+    return _stops_inside(K, i, _held(state, limits, feedback, i, off, ahead(K, i), held_by(K, i)))
 
 
 @part_jit

@@ -181,9 +181,13 @@ def ahead(K: Any, i: int) -> float:
 
 @jit
 def held_by(K: Any, i: int) -> float:
-    """Bandwidth of the loop around joint i of an arm that takes velocities: half its rotor's, at most."""
-    M, most = K.monitor, K.feedback.hold
-    rotor = max(certain(M.used[i, 1], M.P[i, 1, 1]), 0.0) if M.sees else 0.0
+    """Bandwidth of the loop around joint i of an arm that takes velocities: half its rotor's, at most.
+
+    That is m + i M_ii, what the arm's own inertia does at its place included.
+    """
+    M, P, own, most = K.monitor, K.monitor.P[i], K.monitor.own[i], K.feedback.hold
+    var = P[1, 1] + own * (2.0 * P[1, 5] + own * P[5, 5])
+    rotor = max(certain(M.used[i, 1] + own * M.used[i, 5], var), 0.0) if M.sees else 0.0
     return float(1.0 / max(1.0 / most, 2.0 * sqrt(rotor)))
 
 
