@@ -52,8 +52,8 @@ NEAR_END = 5e-3
 """... and to be so near to it [rad or m], beside what it goes in two ticks."""
 RECOVERY = 1.0
 """A good sample takes back this share of what a bad one costs: a sensor is lost that is mostly wrong."""
-FAR_OFF = 1.5
-"""Samples that scatter by more than so many times what is usual of them are so because some are wrong."""
+AT_MOST = 1.5
+"""A sample's standard deviation is at most so many times what is usual, which is known to a quarter."""
 SILENCE, BLIND = 1.0, 0.3
 """For so long [s] an arm waits for samples when none of its joints says a number: that is the line, and no
 sensor's fault; and one that takes torques, which no servo holds, so that what its model misses grows as a
@@ -124,9 +124,9 @@ def begin(K: Any) -> None:
 
 
 @jit
-def _noise(feedback: Any, sigma: Any, usual: Any) -> Any:
-    """The standard deviation of samples that are not wrong [rad or m]."""
-    return larger(smaller(sigma, FAR_OFF * usual), feedback.sigma)
+def _noise(feedback: Any, usual: Any) -> Any:
+    """The standard deviation of samples that are not wrong [rad or m], whatever some others say."""
+    return larger(AT_MOST * usual, feedback.sigma)
 
 
 @jit
@@ -178,7 +178,7 @@ def _time_error(K: Any, i: int, then: int) -> float:
     for j in range(K.chain.n):
         if j == i or K.faults.code[j] != HEALTHY or feedback.lost[j] or not is_finite(feedback.jump[j]):
             continue
-        blur = SIGMAS * _noise(feedback, K.held.sigma[j], K.held.usual[j]) + ROOM
+        blur = SIGMAS * _noise(feedback, K.held.usual[j]) + ROOM
         blur += min(feedback.increment[j], COARSEST)
         v = K.past.v[then, j] / blur
         total -= v * feedback.jump[j] / blur
@@ -190,7 +190,7 @@ def _time_error(K: Any, i: int, then: int) -> float:
 def _comes_mistimed(K: Any, i: int, then: int, v: float) -> bool:
     """Whether a sample that cannot be true is, had it come as late or early as those of the others did."""
     feedback, late = K.feedback, _time_error(K, i, then)
-    sigma, at = _noise(feedback, K.held.sigma[i], K.held.usual[i]), K.state.q[i] + v * late
+    sigma, at = _noise(feedback, K.held.usual[i]), K.state.q[i] + v * late
     if not _is_possible(K.state, K.faults, K.limits, feedback, sigma, i, at, v):
         return False
     if abs(late) > abs(feedback.time_error):
@@ -336,7 +336,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         feedback.seen[i] = past.q[then, i] + (feedback.offset[i] if healthy else 0.0)
         feedback.refused += 1
         return
-    sigma = _noise(feedback, K.held.sigma[i], K.held.usual[i])
+    sigma = _noise(feedback, K.held.usual[i])
     possible = _is_possible(state, K.faults, K.limits, feedback, sigma, i, sample, v)
     if feedback.unheard > 0.0 and feedback.silent == 0.0:
         feedback.moved[i] = 0.0  # nothing is learned of a joint that said nothing
@@ -383,7 +383,7 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     They are taken where all were good a tick ago, all are possible now, as ``_is_possible`` has it, and none
     repeats oddly.
     """
-    state, limits, feedback, past, held = K.state, K.limits, K.feedback, K.past, K.held
+    state, limits, feedback, past = K.state, K.limits, K.feedback, K.past
     if feedback.silent > 0.0 or feedback.unheard > 0.0:
         return False
     odd = is_set(feedback.age, at) | is_set(feedback.lost, at) | is_set(feedback.bad, at)
@@ -392,8 +392,7 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     dt = state.dt
     sample, v, q = load_lanes(state.q, at), load_lanes(past.v[then], at), load_lanes(past.q[then], at)
     top = larger(larger(load_lanes(limits.v_max, at), abs(v)), abs(load_lanes(feedback.v_hat, at)))
-    sigma = _noise(feedback, load_lanes(held.sigma, at), load_lanes(held.usual, at))
-    fixed = SIGMAS * sigma + ROOM
+    fixed = SIGMAS * _noise(feedback, load_lanes(K.held.usual, at)) + ROOM
     fixed += smaller(load_lanes(feedback.increment, at), COARSEST)
     room = SPEED_SHARE * dt * top + dt * dt * load_lanes(limits.a_max, at) + fixed
     foretold = load_lanes(feedback.good, at) + dt * v
