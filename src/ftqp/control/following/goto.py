@@ -277,7 +277,9 @@ class GoTo:
             return "; ".join([with_reason(self._status.value, self._planner.stopped_because), *self._missed])
         heavy = self._joints.too_heavy
         weak = [] if heavy is None else [f"{heavy} is too weak to hold the arm farther on"]
-        blocked = self._joints.blocked
+        blocked, searched = self._joints.blocked, self._joints.searched
+        if searched is not None and searched.only_nears:
+            blocked = searched.sentence
         why = weak + ([] if blocked is None else [blocked])
         said = [*self._missed, *(why if self._to_posture else [self.note])]
         return f"{self._status.value}: {'; '.join(said)}" if said else self._status.value
@@ -410,13 +412,12 @@ class GoTo:
 
     def _rest(self, measured: float) -> None:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
-        nears = self._leg is self._joints and self._joints.only_nears
-        if self._is_on_other_way and not nears:
-            if self._missed_by_tip:
+        if self._is_on_other_way:
+            measured = np.inf if self._missed_by_tip else 0.0
+            if measured > 0.0 and not self._joints.only_nears:
                 self._go_straight()
                 return
-            measured = 0.0
-        there = measured <= 1.0 and self._aim is self._pose and not nears
+        there = measured <= 1.0 and self._aim is self._pose
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 
     def _end_swing(self, there: bool) -> None:

@@ -473,7 +473,7 @@ def _is_at_pose(K: Any, S: Any) -> bool:
     pose_arm(S, K.feedback.seen)
     tip_error(S, way.goal)
     off, turned = squared(way, way.goal_rows, 0), squared(way, way.goal_rows, 3)
-    return bool(way.nears < 2 and off <= place * place and turned <= turn * turn)
+    return bool(off <= place * place and turned <= turn * turn)
 
 
 @jit
@@ -524,7 +524,7 @@ def begin_going(K: Any, given: Any, W: Any, J: Any, S: Any, seeks: int, q: Any) 
     aim_going(K, W, ROUND if seeks else STRAIGHT)
     if seeks:
         ask_as_given(S, K, given, S.ways.given_goal)
-        S.ways.asks_pose = S.ways.asks_nears = S.ways.asks_straight = 0
+        S.ways.asks_pose = S.ways.asks_straight = 0
 
 
 @jit

@@ -220,16 +220,22 @@ def _join(K: Any, a: int, b: int) -> None:
 
 
 @jit
+def _add_root(K: Any, q: Any) -> None:
+    """Add a clear posture to go to; a straight way to it that is free is the way."""
+    k = add_node(K, 1, q, -1)
+    if not K.ways.tube and free_share(K, node_of(K, 0, 0), node_of(K, 1, k)) >= 1.0:
+        _join(K, 0, k)
+
+
+@jit
 def add_goal(K: Any, q: Any) -> int:
-    """Add a goal posture, or say what stands there; a straight way to it that is free is the way."""
+    """Add a goal posture, or say what stands there."""
     W = K.ways
     met = W.goal_met = obstruction(K, q)
-    if met != 0 or W.stage > GROWING or is_full(K):
-        return met
-    k = add_node(K, 1, q, -1)
-    if not W.tube and free_share(K, node_of(K, 0, 0), node_of(K, 1, k)) >= 1.0:
-        _join(K, 0, k)
-    return 0
+    assign(W.wanted, q, K.chain.n)
+    if met == 0 and W.stage <= GROWING and not is_full(K):
+        _add_root(K, q)
+    return met
 
 
 @jit
@@ -258,9 +264,31 @@ def _start_comes_to_goal(K: Any) -> bool:
 
 
 @jit
+def _draw_near(K: Any) -> None:
+    """Draw one place nearer to a posture that is not clear: about it, or about the nearest clear one."""
+    W, n, q = K.ways, K.chain.n, K.ways.drawn
+    far, is_known = gap(W.start, W.wanted, n), W.least < inf
+    size = chance(W) * (sqrt(W.least) if is_known else far)
+    is_about_best = is_known and W.starts % 2
+    W.starts += 1
+    for j in range(n):
+        x, centre = chance(W), W.best[j] if is_about_best else W.wanted[j]
+        q[j] = min(max(centre + size * (2.0 * x - 1.0), W.low[j]), W.high[j]) if W.free[j] else W.start[j]
+    if K.chain.mimics:
+        mimic_places(K.chain, q)
+    s = _distance_squared(K, q)
+    if s < min(W.least, far * far) and obstruction(K, q) == 0:
+        W.least = s
+        assign(W.best, q, n)
+
+
+@jit
 def _distance_squared(K: Any, q: Any) -> float:
-    """How far the goal is from a place [m2]."""
+    """How far the goal is from a place [m2], or [rad2] of a posture."""
     W = K.ways
+    if not W.has_goal:
+        far = gap(q, W.wanted, K.chain.n)
+        return far * far
     pose_arm(K, q)
     W.looks += 1
     tip_error(K, W.goal)
@@ -269,10 +297,15 @@ def _distance_squared(K: Any, q: Any) -> float:
 
 @jit
 def _come_nearer(K: Any, q: Any, longest: float) -> float:
-    """A step of q nearer to the goal, so long at most: the squared error then [m2]."""
-    s = _distance_squared(K, q)
-    tip_rows(K, K.ways.goal)
-    newton_step(K, q, K.ways.goal_rows, 0.05 * s, longest)
+    """A step of q nearer to the goal, so long at most: the squared error then, see ``_distance_squared``."""
+    W, s = K.ways, _distance_squared(K, q)
+    if W.has_goal:
+        tip_rows(K, W.goal)
+        newton_step(K, q, W.goal_rows, 0.05 * s, longest)
+        return _distance_squared(K, q)
+    share = min(1.0, longest / sqrt(s)) if s > 0.0 else 0.0
+    for j in range(K.chain.n):
+        q[j] += share * (W.wanted[j] - q[j])
     return _distance_squared(K, q)
 
 
@@ -288,7 +321,7 @@ def _aim_near(K: Any) -> None:
         W.least = s
         assign(W.best, W.drawn, K.chain.n)
     W.nears, W.most, W.joining = 3, min(W.most, W.looks + AS_NEAR), 0
-    add_goal(K, W.best)
+    _add_root(K, W.best)
 
 
 @part_jit
@@ -399,14 +432,16 @@ def grow(K: Any) -> None:
         _lead_near(K)
         return
     is_due = W.count[1] == 0 or W.grown >= PER_START * (W.starts - PER_START)
-    if W.has_goal and W.starts < W.most_starts and is_due:
-        if _start_comes_to_goal(K):
+    if W.starts < W.most_starts and is_due and (W.has_goal or (W.nears and W.count[1] == 0)):
+        if not W.has_goal:
+            _draw_near(K)
+        elif _start_comes_to_goal(K):
             met = add_goal(K, W.drawn)
             W.hindered[met] += 1
             W.clear += 1 if met == 0 else 0
         return
     if W.count[1] == 0 or W.looks >= W.most or is_full(K):
-        if W.nears > 0 and W.clear == 0:
+        if W.nears > 0:
             _begin_near(K)
         else:
             W.stage = NO_WAY

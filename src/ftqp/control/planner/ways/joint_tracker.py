@@ -98,7 +98,7 @@ class JointTracker:
         What else is ``asked`` of ``Ways`` may be a tube, a pose whose postures are the goals, or places to
         go to before it, one after the other.
         """
-        self._take(Ways.asked(self.planner, rise_time=self._rise_time, **asked))
+        self._take(Ways.asked(self.planner, rise_time=self._rise_time, **(asked or {"nears": True})))
         self._go(self.view.command.q if q is None else q, AS_ASKED if asked else ROUND)
 
     def begin(self) -> None:
