@@ -126,15 +126,18 @@ def free_share(K: Any, a: Any, b: Any) -> float:
     return passes(K, a, b)
 
 
-@jit
-def _draw(K: Any) -> None:
-    """Draw a place anywhere."""
-    W = K.ways
+@part_jit
+def _draw(K: Any, centre: Any, spread: float) -> None:
+    """Draw a place about another one; anywhere where the spread is infinite."""
+    W, q = K.ways, K.ways.drawn
     for j in range(K.chain.n):
         x = chance(W)
-        W.drawn[j] = W.low[j] + x * (W.high[j] - W.low[j]) if W.free[j] else W.start[j]
+        place = (
+            W.low[j] + x * (W.high[j] - W.low[j]) if spread == inf else centre[j] + spread * (2.0 * x - 1.0)
+        )
+        q[j] = min(max(place, W.low[j]), W.high[j]) if W.free[j] else W.start[j]
     if K.chain.mimics:
-        mimic_places(K.chain, W.drawn)
+        mimic_places(K.chain, q)
 
 
 @jit
@@ -178,7 +181,7 @@ def explore(K: Any, looks: int) -> int:
     W, stop = K.ways, K.ways.looks + looks
     while W.looks < stop and not is_full(K):
         if not W.joining:
-            _draw(K)
+            _draw(K, W.start, inf)
             W.last = nearest_node(K, 0, W.drawn)
         W.looks += 1
         there = step_towards(K, node_of(K, 0, W.last), W.drawn, W.end)
@@ -246,15 +249,7 @@ def _start_comes_to_goal(K: Any) -> bool:
     k = W.starts
     W.starts = k + 1
     spread = 0.0 if k == 0 else NEAREST * 2.0 ** min(0.5 * k, WIDER)
-    anywhere = k % EVERYWHERE == EVERYWHERE - 1 or spread > 4.0
-    for j in range(n):
-        x = chance(W)
-        q[j] = W.start[j] + spread * (2.0 * x - 1.0)
-        if anywhere:
-            q[j] = W.low[j] + x * (W.high[j] - W.low[j])
-        q[j] = min(max(q[j], W.low[j]), W.high[j]) if W.free[j] else W.start[j]
-    if K.chain.mimics:
-        mimic_places(K.chain, q)
+    _draw(K, W.start, inf if k % EVERYWHERE == EVERYWHERE - 1 or spread > 4.0 else spread)
     if comes_to(K, q, W.goal):
         W.posed += 1
         return True
@@ -270,13 +265,8 @@ def _draw_near(K: Any) -> None:
     W, n, q = K.ways, K.chain.n, K.ways.drawn
     far, is_known = gap(W.start, W.wanted, n), W.least < inf
     size = chance(W) * (sqrt(W.least) if is_known else far)
-    is_about_best = is_known and W.starts % 2
+    _draw(K, W.best if is_known and W.starts % 2 else W.wanted, size)
     W.starts += 1
-    for j in range(n):
-        x, centre = chance(W), W.best[j] if is_about_best else W.wanted[j]
-        q[j] = min(max(centre + size * (2.0 * x - 1.0), W.low[j]), W.high[j]) if W.free[j] else W.start[j]
-    if K.chain.mimics:
-        mimic_places(K.chain, q)
     s = _distance_squared(K, q)
     if s < min(W.least, far * far) and obstruction(K, q) == 0:
         W.least = s
@@ -352,11 +342,8 @@ def _lead_near(K: Any) -> None:
         return
     a, longest = node_of(K, 0, W.last), LONGEST * 2.0 ** (-(W.vain % VAIN) / WIDER)
     kind = W.vain % 3
-    spread = 0.5 * longest if kind > 0 else 0.0
+    _draw(K, a, 0.5 * longest if kind > 0 else 0.0)
     W.vain += 1
-    for j in range(K.chain.n):
-        x = chance(W)
-        q[j] = min(max(a[j] + spread * (2.0 * x - 1.0), W.low[j]), W.high[j]) if W.free[j] else a[j]
     if kind < 2:
         _come_nearer(K, q, longest)
     if step_towards(K, a, q, W.end):
@@ -463,7 +450,7 @@ def grow(K: Any) -> None:
             W.joining, W.tree = 0, other
         return
     W.grown += 1
-    _draw(K)
+    _draw(K, W.start, inf)
     node = nearest_node(K, tree, W.drawn)
     W.looks += 1
     if step_towards(K, node_of(K, tree, node), W.drawn, W.end):
