@@ -277,9 +277,7 @@ class GoTo:
             return "; ".join([with_reason(self._status.value, self._planner.stopped_because), *self._missed])
         heavy = self._joints.too_heavy
         weak = [] if heavy is None else [f"{heavy} is too weak to hold the arm farther on"]
-        blocked, searched = self._joints.blocked, self._joints.searched
-        if searched is not None and searched.only_nears:
-            blocked = searched.sentence
+        blocked = self._joints.blocked
         why = weak + ([] if blocked is None else [blocked])
         said = [*self._missed, *(why if self._to_posture else [self.note])]
         return f"{self._status.value}: {'; '.join(said)}" if said else self._status.value
@@ -316,8 +314,8 @@ class GoTo:
             return f"the straight way {cannot}, and another one is looked for"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
-        if leads_joints and joints.searched is not None and joints.only_nears:
-            return joints.searched.sentence
+        if leads_joints and joints.only_nears and joints.blocked is not None:
+            return joints.blocked
         if self._is_on_other_way and not goes_straight:
             return f"the joints go to another posture of the goal: way {self._taken} of at most {MAX_WAYS}"
         if self._looked_for:
@@ -346,7 +344,7 @@ class GoTo:
         if self._leg is joints:
             if joints.is_on_way:
                 return
-            if self._asked is not None and joints.blocked is not None:
+            if self._asked is not None and joints.blocked is not None and not joints.only_nears:
                 self._looked_for, self._taken = joints.blocked, MAX_WAYS
                 self._go_straight()
             elif joints.state is not Going.MOVING:

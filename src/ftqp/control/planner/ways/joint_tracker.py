@@ -129,8 +129,8 @@ class JointTracker:
 
     @property
     def blocked(self) -> str | None:
-        """Why there is no way; None while that is not known."""
-        if not self.W.blocked or self.ways is None:
+        """Why there is no way to the goal itself; None while that is not known."""
+        if self.ways is None or not (self.W.blocked or self.only_nears):
             return None
         return "the arm does not come to rest" if self.W.blocked == NO_REST else self.ways.sentence
 
