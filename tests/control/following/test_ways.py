@@ -230,6 +230,19 @@ def test_nearest_posture_to_a_goal_that_is_too_near_may_be_behind_the_obstacle()
 
 
 @pytest.mark.parametrize("goal", [{"q": RIGHT}, {"pose": PANDA.pose(RIGHT)}])
+def test_arm_that_begins_too_near_to_an_obstacle_is_led_away_within_acceleration_and_jerk(goal):
+    start = np.append(0.36, LEFT[1:])
+    planner, _ = walled(start)
+    before = least(planner, [start])
+    assert 0.01 < before < 0.013
+    goto = ftqp.GoTo(planner, **goal)
+    rows, v, a, jerk = commands(goto, start=start)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert v.max() <= 1.0 and a.max() <= 0.99 + 1e-6 and jerk.max() <= 1.02
+    assert least(planner, rows) > before - 5e-4
+
+
+@pytest.mark.parametrize("goal", [{"q": RIGHT}, {"pose": PANDA.pose(RIGHT)}])
 def test_clear_goal_that_no_way_leads_to_is_neared_within_acceleration_and_jerk(goal):
     planner, _ = walled()
     for joint in (1, 3):

@@ -253,6 +253,8 @@ def _turn_round(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, is_free: in
         W.rest[i] = K.state.q_command[i] + (W.way[i] if W.moves[i] else 0.0)
     W.thinks = A_WAY
     begin_asked(S, K, W.rest, W.tries)
+    for k in range(way.pairs if W.duration == 0.0 and is_free else 0):  # who begins too near is led away
+        J.spared = max(J.spared, min(1.0 - way.allow[k] / way.keep, 1.0 - PROOF))
     if way.asks_pose:
         assign(W.goal, W.rest, n)
     elif way.asks_places:
