@@ -203,14 +203,57 @@ def test_wall_that_comes_meanwhile_is_gone_round():
     assert least(planner, [step.q for step in steps]) > 0.5 * 0.02
 
 
-def test_goal_inside_an_obstacle_names_it_and_the_arm_stays_clear():
-    inside = np.array([0.0, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8])
+@pytest.mark.parametrize("angle", [0.0, 0.2, 0.36])  # in the wall, with a corner in it, 12 mm away
+def test_goal_posture_too_near_to_an_obstacle_names_it_and_is_neared_within_acceleration_and_jerk(angle):
+    goal = np.append(angle, LEFT[1:])
     planner, _ = walled()
-    goto = ftqp.GoTo(planner, q=inside)
-    steps = go(goto, LEFT, longest=20.0)
+    assert least(planner, [goal]) < 0.013
+    goto = ftqp.GoTo(planner, q=goal)
+    rows, v, a, jerk = commands(goto)
     assert goto.status is ftqp.GoToStatus.UNREACHABLE
     assert "nearer than 20 mm to wall" in goto.sentence
-    assert least(planner, [step.q for step in steps]) > 0.5 * 0.02
+    assert v.max() <= 1.0 and a.max() <= 0.99 + 1e-6 and jerk.max() <= 1.02
+    assert 0.0199 < least(planner, rows[-1:]) < 0.0203 and least(planner, rows) > 0.5 * 0.02
+    assert np.linalg.norm(rows[-1] - goal) < 0.9 * (0.4 - angle)  # from where the first joint alone would go
+
+
+def test_nearest_posture_to_a_goal_that_is_too_near_may_be_behind_the_obstacle():
+    scene = ftqp.Scene()
+    scene.add("wall", ftqp.Box(size=(1.2, 0.04, 2.4), place=(0.76, 0.0, 1.2)))
+    planner = ftqp.Planner(PANDA, DT, scene=scene)
+    planner.reset(LEFT)
+    goto = ftqp.GoTo(planner, q=RIGHT)
+    rows, _, _, jerk = commands(goto)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and jerk.max() <= 1.02
+    assert "panda_link1 is nearer than 20 mm to wall" in goto.sentence
+    assert np.linalg.norm(rows[-1] - RIGHT) < 0.05 and least(planner, rows) > 0.5 * 0.02
+
+
+@pytest.mark.parametrize("goal", [{"q": RIGHT}, {"pose": PANDA.pose(RIGHT)}])
+def test_arm_that_begins_too_near_to_an_obstacle_is_led_away_within_acceleration_and_jerk(goal):
+    start = np.append(0.36, LEFT[1:])
+    planner, _ = walled(start)
+    before = least(planner, [start])
+    assert 0.01 < before < 0.013
+    goto = ftqp.GoTo(planner, **goal)
+    rows, v, a, jerk = commands(goto, start=start)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert v.max() <= 1.0 and a.max() <= 0.99 + 1e-6 and jerk.max() <= 1.02
+    assert least(planner, rows) > before - 5e-4
+
+
+@pytest.mark.parametrize("goal", [{"q": RIGHT}, {"pose": PANDA.pose(RIGHT)}])
+def test_clear_goal_that_no_way_leads_to_is_neared_within_acceleration_and_jerk(goal):
+    planner, _ = walled()
+    for joint in (1, 3):
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    assert least(planner, [RIGHT]) > 0.02
+    goto = ftqp.GoTo(planner, **goal)
+    rows, v, a, jerk = commands(goto)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and "no way round was found in" in goto.sentence
+    assert v.max() <= 1.0 and a.max() <= 0.99 + 1e-6 and jerk.max() <= 1.02
+    off = [np.linalg.norm(PANDA.pose(q)[:3, 3] - PANDA.pose(RIGHT)[:3, 3]) for q in rows[[0, -1]]]
+    assert off[1] < off[0] - 0.05 and least(planner, rows) > 0.5 * 0.02
 
 
 def test_goal_pose_inside_an_obstacle_names_the_body_and_the_arm_goes_as_near_as_it_gets():

@@ -314,8 +314,8 @@ class GoTo:
             return f"the straight way {cannot}, and another one is looked for"
         if self._to_posture or self._status in (GoToStatus.HALTED, GoToStatus.REACHED):
             return self._status.value
-        if leads_joints and joints.searched is not None and joints.only_nears:
-            return joints.searched.sentence
+        if leads_joints and joints.only_nears and joints.blocked is not None:
+            return joints.blocked
         if self._is_on_other_way and not goes_straight:
             return f"the joints go to another posture of the goal: way {self._taken} of at most {MAX_WAYS}"
         if self._looked_for:
@@ -344,7 +344,7 @@ class GoTo:
         if self._leg is joints:
             if joints.is_on_way:
                 return
-            if self._asked is not None and joints.blocked is not None:
+            if self._asked is not None and joints.blocked is not None and not joints.only_nears:
                 self._looked_for, self._taken = joints.blocked, MAX_WAYS
                 self._go_straight()
             elif joints.state is not Going.MOVING:
@@ -410,13 +410,12 @@ class GoTo:
 
     def _rest(self, measured: float) -> None:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
-        nears = self._leg is self._joints and self._joints.only_nears
-        if self._is_on_other_way and not nears:
-            if self._missed_by_tip:
+        if self._is_on_other_way:
+            measured = np.inf if self._missed_by_tip else 0.0
+            if measured > 0.0 and not self._joints.only_nears:
                 self._go_straight()
                 return
-            measured = 0.0
-        there = measured <= 1.0 and self._aim is self._pose and not nears
+        there = measured <= 1.0 and self._aim is self._pose
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 
     def _end_swing(self, there: bool) -> None:

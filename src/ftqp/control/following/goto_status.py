@@ -6,12 +6,11 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.motion_validity import HELD
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.core.checks import FloatArray, perhaps_degrees
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.layout.thresholds import COMES_NEARER, SLOW_SHARE
+from ftqp.kernel.layout.thresholds import COMES_NEARER, SLOW_SHARE, STRONG
 from ftqp.model.robot import Robot
 
 ONLY_THE_TIP = "the end effector is at its goal, while the scheme goes on moving the joints"
@@ -72,7 +71,7 @@ def is_held(view: PlannerView) -> bool:
     if not np.isfinite(limit).any():
         return True
     held = view.holding_torques(view.command.q[None])[0, working]
-    return bool((np.abs(held) <= HELD * limit).all())
+    return bool((np.abs(held) <= STRONG * limit).all())
 
 
 def _in_brackets(fault: Any) -> str:

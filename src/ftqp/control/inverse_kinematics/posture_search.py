@@ -2,19 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, Protocol, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.motion_validity import HELD, MotionValidity
+from ftqp.control.scene.placed_shapes import Clearance
 from ftqp.control.task.task import ROW_SETS, row_indices
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import transform
+from ftqp.kernel.entry.session import ArmSession
 from ftqp.kernel.entry.study_session import StudySession
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.kernel.layout.thresholds import FASTEST
+from ftqp.kernel.layout.thresholds import FASTEST, NEARER, STRONG
 from ftqp.model.robot import Robot
 
 STEP = 0.05
@@ -123,6 +124,17 @@ ROOMY = 0.2
 limits."""
 
 
+class Surrounded(Protocol):
+    """What knows how near an arm is to itself and to its scene; an ``ftqp.Planner`` does."""
+
+    @property
+    def clearance(self) -> Clearance | None:
+        """How far the arm keeps; None where it keeps clear of nothing."""
+
+    def distances(self, q: Any) -> dict[tuple[str, str], FloatArray]:
+        """The distance of each pair of bodies at postures (S, nv), (S,) each [m]."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Posture:
     """A posture of the goal, with what there is to spare.
@@ -173,6 +185,7 @@ class PostureSearch:
     ) -> None:
         (names, tool), n = task_rows(robot, rows), robot.nv
         self.m, self._near, self._working, self._low, self._high = len(names), near, working, q_min, q_max
+        self._weighs = robot.has_inertia
         self._session = robot_session(robot, [COMPONENTS.index(name) for name in names], axis=tool)
         self._session.aim(goal_pose(pose, names))
         study = self._session.S.study
@@ -227,7 +240,7 @@ class PostureSearch:
                 return
 
     def postures(
-        self, count: int, passable: MotionValidity, v_max: FloatArray, *, ordered: bool = True
+        self, count: int, arm: ArmSession, limits: Any, clear_of: Surrounded | None, *, ordered: bool = True
     ) -> tuple[Posture, ...]:
         """So many of the postures that were found, spread, and in the order of time or of room to limits.
 
@@ -235,12 +248,19 @@ class PostureSearch:
         """
         if not len(self.q):
             return ()
-        top = np.where(self._working, np.minimum(v_max, FASTEST), np.inf)
+        n = len(self._near)
+        top = np.where(self._working, np.minimum(limits.v_max[:n], FASTEST), np.inf)
+        limit = np.where(self._working, limits.tau_max[:n], np.inf)
         time = (np.abs(self.q - self._near) / top).max(axis=1)  # at full speed
         chosen = _spread(self.q, int(np.argmin(time)), count)
         q = self.q[chosen]
-        efforts, (clear, room) = passable.effort(q), passable.distances(q)
-        held = (efforts <= HELD) & (room > 0.0)
+        efforts, clear, kept = np.zeros(len(q)), np.full(len(q), np.inf), None
+        for k, one in enumerate(q if self._weighs and np.isfinite(limit).any() else ()):
+            arm.dynamics(one)
+            efforts[k] = (np.abs(arm.K.kinematics.h[:n]) / limit).max()
+        if clear_of is not None and (kept := clear_of.clearance) is not None:
+            clear = np.min([clear, *clear_of.distances(q).values()], axis=0)
+        held = (efforts <= STRONG) & (clear > (0.0 if kept is None else kept.keep - NEARER))
         at = self._working
         ends = np.minimum(q - self._low, self._high - q)[:, at]
         found = [

@@ -6,8 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.motion_validity import MotionValidity, Surrounded
-from ftqp.control.inverse_kinematics.posture_search import Posture, PostureSearch
+from ftqp.control.inverse_kinematics.posture_search import Posture, PostureSearch, Surrounded
 from ftqp.core.checks import instance
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
@@ -174,8 +173,7 @@ def postures(
         if len(search.q) >= FOUND_OF_EACH * count or (len(search.q) and quiet >= QUIET):
             break
     search.make_room(ROUNDS)
-    passable = MotionValidity(robot, np.array(limits.tau_max[:n]), working, surrounded=clear_of)
-    found = search.postures(int(count), passable, np.array(limits.v_max[:n]), ordered=near is not None)
+    found = search.postures(int(count), arm, limits, clear_of, ordered=near is not None)
     return Postures(found=found, starts=search.starts, joints=robot.joints)
 
 

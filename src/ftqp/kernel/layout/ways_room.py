@@ -118,8 +118,8 @@ ways  What a search for a way of the joints is asked, and its memory, see ``ftqp
         ``obstruction`` says
     nears  i8  0: only a posture of the goal will do, 1: a near place will, which is looked for
         2: from the start on, 3: as the nearest posture that was found, 4: from the trees on
-    least left  f8  squared error of the nearest posture, and of the last start or the last node [m2]
-    best  f8[N]  the nearest posture
+    least left  f8  squared error of the nearest posture, and of the last start or node [m2, rad2]
+    best wanted  f8[N]  the nearest posture, and the goal posture that was added last
     has_goal  i8  the goal is a pose, whose postures are looked for
     has_axis  i8  of its orientation only the tool's z axis counts, as in the room ``study``
     goal_rows rows  i8  a bit for each of x, y, z, rx, ry, rz: of the goal, of the tube

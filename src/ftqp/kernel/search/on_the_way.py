@@ -253,6 +253,8 @@ def _turn_round(K: Any, A: Any, W: Any, J: Any, S: Any, copies: Any, is_free: in
         W.rest[i] = K.state.q_command[i] + (W.way[i] if W.moves[i] else 0.0)
     W.thinks = A_WAY
     begin_asked(S, K, W.rest, W.tries)
+    for k in range(way.pairs if W.duration == 0.0 and is_free else 0):  # who begins too near is led away
+        J.spared = max(J.spared, min(1.0 - way.allow[k] / way.keep, 1.0 - PROOF))
     if way.asks_pose:
         assign(W.goal, W.rest, n)
     elif way.asks_places:
@@ -473,7 +475,7 @@ def _is_at_pose(K: Any, S: Any) -> bool:
     pose_arm(S, K.feedback.seen)
     tip_error(S, way.goal)
     off, turned = squared(way, way.goal_rows, 0), squared(way, way.goal_rows, 3)
-    return bool(way.nears < 2 and off <= place * place and turned <= turn * turn)
+    return bool(off <= place * place and turned <= turn * turn)
 
 
 @jit
@@ -524,7 +526,7 @@ def begin_going(K: Any, given: Any, W: Any, J: Any, S: Any, seeks: int, q: Any) 
     aim_going(K, W, ROUND if seeks else STRAIGHT)
     if seeks:
         ask_as_given(S, K, given, S.ways.given_goal)
-        S.ways.asks_pose = S.ways.asks_nears = S.ways.asks_straight = 0
+        S.ways.asks_pose = S.ways.asks_straight = 0
 
 
 @jit

@@ -16,14 +16,17 @@ from ftqp.kernel.commands.stops import start, write_together
 from ftqp.kernel.feedback.late_loop import expected_sample
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import (
+    BRAKING,
     FALLBACK,
     GOING_MOVING,
     GOING_REACHED,
     HEALTHY,
     INVALID_INPUT,
+    LOCKED,
     NEWS,
     STOPPED,
     STOPPING,
+    VELOCITY,
 )
 from ftqp.kernel.layout.thresholds import NEARER, SINGULAR_FROM, STRONG
 from ftqp.kernel.layout.ways_room import (
@@ -94,10 +97,10 @@ convention."""
 
 @jit
 def _add_place(K: Any, O: Any, q: Any) -> None:
-    """Add a place to a way; joints that have failed stay where they are."""
+    """Add a place to a way; joints that have failed stay where they come to rest."""
     limits, place = K.limits, O.place[O.places]
     for i in range(K.chain.n):
-        place[i] = K.state.q_command[i]
+        place[i] = O.stand[i]
         if K.faults.code[i] == HEALTHY:
             place[i] = min(max(q[i], limits.q_min[i]), limits.q_max[i])
     O.places += 1
@@ -217,8 +220,12 @@ def begin_way_out(
         W.moves[i] = K.faults.code[i] == HEALTHY
         O.failed[i] = 0 if W.moves[i] else 1
         works, all_work = works or W.moves[i] != 0, all_work and W.moves[i] != 0
-        v = state.v_command[i]
-        O.stand[i] = state.q_command[i] + v * abs(v) / (2.0 * max(K.limits.a_brake[i], 1e-9))
+        brakes = K.faults.code[i] == BRAKING
+        v = state.v_command[i] if W.moves[i] or brakes else 0.0
+        rate = K.faults.lock_rate[i] if brakes else K.limits.a_brake[i]
+        ahead = 0.5 * state.dt if state.level == VELOCITY else 0.0  # a tick goes as fast as it ends
+        O.stand[i] = state.q_command[i] + v * (abs(v) / (2.0 * max(rate, 1e-9)) - ahead)
+        O.seen[i] = state.q_command[i] if W.moves[i] else O.stand[i]
     _add_place(K, O, O.stand)
     assign(O.stand, O.place[0], n)
     if kind == STOP_WAY:
@@ -250,8 +257,8 @@ def begin_way_out(
                 O.rows |= 1 << K.task.rows[k]
             way.asks_rows, way.asks_axis = O.rows, O.has_axis
             _follow_tip(K, given, S, last)
-            begin_asked(S, K, state.q_command, 0)
-            assign(way.follows, state.q_command, n)
+            begin_asked(S, K, O.seen, 0)
+            assign(way.follows, O.seen, n)
     return True
 
 
@@ -391,6 +398,16 @@ def _weigh(K: Any, A: Any, W: Any, O: Any) -> None:
 
 
 @jit
+def _see(K: Any, O: Any) -> None:
+    """What is seen before a tick in thought: a joint that has failed brakes and stays as is believed."""
+    state, seen = K.state, K.feedback.seen
+    expected_sample(K, O.seen)
+    for i in range(K.chain.n):
+        if K.faults.code[i] == BRAKING or K.faults.code[i] == LOCKED:  # it begins where it was commanded
+            O.seen[i] = state.q_command[i] + (seen[i] - state.q[i] if O.ticks > 0 else 0.0)
+
+
+@jit
 def _watch(K: Any, A: Any, W: Any, O: Any) -> None:
     """Look at a tick in thought."""
     scene, keeps, clear, room = K.scene, K.keeps, inf, inf
@@ -460,7 +477,7 @@ def try_way_out(
             begin_way(K, given, W, J, S, O)
             O.stage = TRYING
         else:
-            expected_sample(K, O.seen)
+            _see(K, O)
             code = deployed_go(K, A, W, J, S, copies, O.seen, K.state.v_command)
             code = code % NEWS if code >= 0 else INVALID_INPUT
             off = code in (FALLBACK, STOPPING, STOPPED, INVALID_INPUT)

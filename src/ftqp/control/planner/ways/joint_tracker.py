@@ -98,7 +98,7 @@ class JointTracker:
         What else is ``asked`` of ``Ways`` may be a tube, a pose whose postures are the goals, or places to
         go to before it, one after the other.
         """
-        self._take(Ways.asked(self.planner, rise_time=self._rise_time, **asked))
+        self._take(Ways.asked(self.planner, rise_time=self._rise_time, **(asked or {"nears": True})))
         self._go(self.view.command.q if q is None else q, AS_ASKED if asked else ROUND)
 
     def begin(self) -> None:
@@ -129,8 +129,8 @@ class JointTracker:
 
     @property
     def blocked(self) -> str | None:
-        """Why there is no way; None while that is not known."""
-        if not self.W.blocked or self.ways is None:
+        """Why there is no way to the goal itself; None while that is not known."""
+        if self.ways is None or not (self.W.blocked or self.only_nears):
             return None
         return "the arm does not come to rest" if self.W.blocked == NO_REST else self.ways.sentence
 

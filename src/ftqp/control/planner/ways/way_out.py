@@ -5,7 +5,6 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.inverse_kinematics.motion_validity import HELD
 from ftqp.control.planner.constraint_list import Constraints
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
@@ -17,6 +16,7 @@ from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.kernel.entry.planner_commands import PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import Memory, Session, copies
 from ftqp.kernel.layout.enums import OK, STOPPED_AS_ASKED
+from ftqp.kernel.layout.thresholds import STRONG
 from ftqp.kernel.layout.ways_room import ROOMS, WayKind
 
 HANGS: Final = 0.02
@@ -201,7 +201,7 @@ def _sentence(way: WayOut) -> str:
         text += f"; the base bears up to {way.force:.3g} N and {way.moment:.3g} N m"
     if way.clear:
         return text
-    why = "it comes too near to something" if way.near else f"a motor needs more than {100.0 * HELD:.0f} %"
+    why = "it comes too near to something" if way.near else f"a motor needs more than {100.0 * STRONG:.0f} %"
     return f"{text}; it is not clear, as {why} on the way"
 
 
