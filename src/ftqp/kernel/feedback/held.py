@@ -304,7 +304,8 @@ def watch_arm(K: Any, first: bool) -> None:
             _forget(held, K.chain.n)
         if first:
             for i in range(K.chain.n):
-                held.sigma[i], held.usual[i] = feedback.sigma, NOISIEST
+                held.sigma[i] = feedback.sigma
+                held.usual[i] = feedback.sigma if feedback.sigma > 0.0 else NOISIEST
         return
     held.since += K.state.dt
     if K.state.unusable == NOTHING_HEARD or is_blind(feedback):

@@ -124,9 +124,13 @@ def begin(K: Any) -> None:
 
 
 @jit
-def _noise(feedback: Any, usual: Any) -> Any:
-    """The standard deviation of samples that are not wrong [rad or m], whatever some others say."""
-    return larger(AT_MOST * usual, feedback.sigma)
+def _noise(K: Any, usual: Any) -> Any:
+    """The standard deviation of samples that are not wrong [rad or m], whatever some others say.
+
+    It is the stated one where more is seen by nobody, and of an arm that follows to the last bit.
+    """
+    seen = AT_MOST if K.held.sees else 0.0
+    return larger(seen * usual, K.feedback.sigma)
 
 
 @jit
@@ -178,7 +182,7 @@ def _time_error(K: Any, i: int, then: int) -> float:
     for j in range(K.chain.n):
         if j == i or K.faults.code[j] != HEALTHY or feedback.lost[j] or not is_finite(feedback.jump[j]):
             continue
-        blur = SIGMAS * _noise(feedback, K.held.usual[j]) + ROOM
+        blur = SIGMAS * _noise(K, K.held.usual[j]) + ROOM
         blur += min(feedback.increment[j], COARSEST)
         v = K.past.v[then, j] / blur
         total -= v * feedback.jump[j] / blur
@@ -190,7 +194,7 @@ def _time_error(K: Any, i: int, then: int) -> float:
 def _comes_mistimed(K: Any, i: int, then: int, v: float) -> bool:
     """Whether a sample that cannot be true is, had it come as late or early as those of the others did."""
     feedback, late = K.feedback, _time_error(K, i, then)
-    sigma, at = _noise(feedback, K.held.usual[i]), K.state.q[i] + v * late
+    sigma, at = _noise(K, K.held.usual[i]), K.state.q[i] + v * late
     if not _is_possible(K.state, K.faults, K.limits, feedback, sigma, i, at, v):
         return False
     if abs(late) > abs(feedback.time_error):
@@ -336,7 +340,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         feedback.seen[i] = past.q[then, i] + (feedback.offset[i] if healthy else 0.0)
         feedback.refused += 1
         return
-    sigma = _noise(feedback, K.held.usual[i])
+    sigma = _noise(K, K.held.usual[i])
     possible = _is_possible(state, K.faults, K.limits, feedback, sigma, i, sample, v)
     if feedback.unheard > 0.0 and feedback.silent == 0.0:
         feedback.moved[i] = 0.0  # nothing is learned of a joint that said nothing
@@ -392,7 +396,7 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     dt = state.dt
     sample, v, q = load_lanes(state.q, at), load_lanes(past.v[then], at), load_lanes(past.q[then], at)
     top = larger(larger(load_lanes(limits.v_max, at), abs(v)), abs(load_lanes(feedback.v_hat, at)))
-    fixed = SIGMAS * _noise(feedback, load_lanes(K.held.usual, at)) + ROOM
+    fixed = SIGMAS * _noise(K, load_lanes(K.held.usual, at)) + ROOM
     fixed += smaller(load_lanes(feedback.increment, at), COARSEST)
     room = SPEED_SHARE * dt * top + dt * dt * load_lanes(limits.a_max, at) + fixed
     foretold = load_lanes(feedback.good, at) + dt * v
