@@ -120,7 +120,7 @@ def limit_findings(
             wrong = _wrong_magnitude(float(getattr(limits, field)[i]), what, field, joint)
             if wrong:
                 found.append(unsafe(f"joint {joint!r} has {wrong}", "limits"))
-    endless = ", ".join(names[i] for i in np.flatnonzero(limits.v_max == np.inf))
+    endless = ", ".join(names[i] for i in np.flatnonzero(limits.v_max == np.inf).tolist())
     if endless:
         says = f"no velocity limit is known of {endless}; give limits={{'v_max': ...}}"
         found.append(warning(says, "limits"))
