@@ -16,7 +16,7 @@ arguments.add_argument("--figure", metavar="FILE", help="save a picture here")
 given = arguments.parse_args()
 
 robot = ftqp.robots.load("panda")
-DT, LOCK = 2e-3, 600
+DT, LOCK = 2e-3, 300
 scene = ftqp.Scene()
 scene.add("wall", ftqp.Box(size=(0.5, 0.06, 0.7), place=(0.6, 0.0, 0.35)))
 planner = ftqp.Planner(robot, DT, scene=scene, clearance=ftqp.Clearance(keep=0.02))

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.checker.panda_runs import ARM, ROBOT, trace_of
+from tests.going import closed_loop, targets_along
 
 import ftqp
 from ftqp.checker.alarms import Alarm, detection
@@ -29,27 +30,15 @@ def sound():
     """A Panda on a circle of 1.5 s, which then rests; the arm does what it is told."""
     planner = ftqp.Planner(ROBOT, DT)
     path = ftqp.paths.Circle(ROBOT.pose(ROBOT.neutral), 0.05, duration=MOVES)
-    samples = path.sample(T[:-1])
-    targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
-    q, v = np.array(ROBOT.neutral), np.zeros(ROBOT.nv)
-    planner.reset(q)
-    truth, said = [(q, v)], []
-    for k in range(len(T) - 1):
-        step = planner.step(q, v, targets.at(k))
-        q, v = step.q.copy(), step.v.copy()
-        truth.append((q, v))
+    truth, said = [(ROBOT.neutral, np.zeros(ROBOT.nv))], []
+    for step in closed_loop(planner, targets_along(path, len(T) - 1, DT).at, len(T) - 1):
+        truth.append((step.q.copy(), step.v.copy()))
         said.append(step.status.name)
     q, v = np.array(truth)[:, 0], np.array(truth)[:, 1]
     return trace_of(
-        q,
-        v,
-        DT,
-        status=said,
-        target=samples.pose,
-        rows=ROBOT.default_rows,
-        tolerance=(planner.task.tolerance, planner.task.rotation_tolerance),
-        can_be_followed=True,
-    )
+        q, v, DT, status=said, target=path.sample(T[:-1]).pose, rows=ROBOT.default_rows,
+        tolerance=(planner.task.tolerance, planner.task.rotation_tolerance), can_be_followed=True,
+    )  # fmt: skip
 
 
 def moved(run, speeds, joint=J, **changes):

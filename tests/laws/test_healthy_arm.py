@@ -7,7 +7,7 @@ import logging
 
 import numpy as np
 import pytest
-from tests.going import started
+from tests.going import started, targets_along
 from tests.laws.test_held_arm import stranger
 from tests.servo_arm import ServoArm
 
@@ -26,31 +26,54 @@ TAKES = {"position": "position only", "velocity": "velocity"}
 
 def posture(robot):
     """Where an arm begins: the stranger bent, so that it can do without any one joint."""
-    return robot.neutral if robot is PANDA else np.array([0.0, 0.6, 0.0, 1.2, 0.0, 0.8, 0.0])
-
-
-def circles(robot, dt, seconds, radius=0.06):
-    """Targets of a circle that is gone round every 3 s, begun gently."""
-    t = dt * np.arange(round(seconds / dt))
-    s = ftqp.paths.Circle(robot.pose(posture(robot)), radius, duration=3.0).sample(np.minimum(t, 3.0))
-    return s.pose, ftqp.Targets(s.pose, s.twist, s.acceleration)
+    return robot.neutral if robot.name == PANDA.name else np.array([0.0, 0.6, 0.0, 1.2, 0.0, 0.8, 0.0])
 
 
 class Motion:
-    """A motion of an arm behind servos: worst errors of the true tip [m], what was found and when."""
+    """An arm is led round a circle, begun gently: errors of the true tip [m], what was said, found and when.
 
-    def __init__(self, robot, arm, dt, seconds, event=None, at=1.2, until=None, **planner):
+    Args:
+        event: A joint that a brake holds from ``at`` on, before ``until`` [s].
+        sees: What the planner is given, of the tick and what the encoders say.
+    """
+
+    def __init__(
+        self, robot, arm, dt, seconds, event=None, at=1.2, until=np.inf, *,
+        sees=lambda k, q: q, radius=0.06, lasts=3.0, **planner,
+    ):  # fmt: skip
         self.planner = p = started(robot, dt=dt, at=posture(robot), **planner)
-        poses, targets = circles(robot, dt, seconds)
-        self.error, self.found_after = [], None
-        for k, pose in enumerate(poses):
-            t = k * dt
+        path = ftqp.paths.Circle(robot.pose(posture(robot)), radius, duration=lasts)
+        targets = targets_along(path, round(seconds / dt), dt)
+        places = path.sample(dt * np.arange(len(targets))).pose[:, :3, 3]
+        self.error, self.said, self.found_after = [], [], None
+        for k, place in enumerate(places):
             if event is not None:
-                arm.braked[event] = at <= t and (until is None or t < until)
-            arm.command(p.step(arm.measured(), None, targets.at(k)))
-            self.error.append(np.linalg.norm(robot.pose(arm.q)[:3, 3] - pose[:3, 3]))
+                arm.braked[event] = at <= k * dt < until
+            self.step = p.step(sees(k, arm.measured()), None, targets.at(k))
+            arm.command(self.step)
+            self.said.append(self.step.status)
+            self.error.append(np.linalg.norm(robot.pose(arm.q)[:3, 3] - place))
             if self.found_after is None and p.faults:
-                self.found_after = t - at
+                self.found_after = k * dt - at
+
+    @property
+    def is_calm(self):
+        """Whether nobody was accused, and the arm not stopped."""
+        return self.planner.stopped_because is None and not (self.planner.faults or self.planner.findings)
+
+
+class IdealArm:
+    """Its joints are where they are sent at once; a brake holds one there."""
+
+    def __init__(self):
+        self.q, self.braked, self.sent = PANDA.neutral.copy(), np.zeros(PANDA.nv, bool), []
+
+    def measured(self):
+        return self.q.copy()
+
+    def command(self, step):
+        self.q = np.where(self.braked, self.q, step.q)
+        self.sent.append(self.q)
 
 
 def arm_of(robot, dt, wn, takes="position only", sigma=2e-5):
@@ -64,8 +87,7 @@ def arm_of(robot, dt, wn, takes="position only", sigma=2e-5):
 def test_a_healthy_arm_is_neither_stopped_nor_accused(servo, dt, drive, tmp_path):
     robot = stranger(tmp_path)
     motion = Motion(robot, arm_of(robot, dt, SERVOS[servo], TAKES[drive]), dt, 3.0, drive=drive)
-    assert motion.planner.stopped_because is None
-    assert not motion.planner.faults and not motion.planner.findings
+    assert motion.is_calm
 
 
 class CoarseArm(ServoArm):
@@ -74,14 +96,9 @@ class CoarseArm(ServoArm):
     def __init__(self, q, dt, **options):
         super().__init__(q, dt, **options)
         self.dry = np.full(len(q), 3e-3 * self.wn**2)
-        self.seen = set()
 
     def measured(self):
         return np.round(super().measured() * 4096 / (2 * np.pi)) * (2 * np.pi) / 4096
-
-    def command(self, step):
-        self.seen.add(step.status)
-        super().command(step)
 
 
 @pytest.mark.parametrize("dt", [0.002, SLOW])
@@ -90,7 +107,7 @@ def test_numbers_of_coarse_encoders_that_all_repeat_are_no_dead_line(sigma, dt, 
     robot = stranger(tmp_path)
     arm = CoarseArm(posture(robot), dt, takes="position only", wn=40.0, sigma=sigma)
     motion = Motion(robot, arm, dt, 4.0, drive=ftqp.Drive(takes_velocity=False))
-    assert ftqp.StepStatus.INVALID_INPUT not in arm.seen
+    assert ftqp.StepStatus.INVALID_INPUT not in motion.said
     assert motion.planner.stopped_because is None and not motion.planner.faults
     assert motion.error[-1] < 5e-3
 
@@ -107,54 +124,46 @@ def test_a_learned_servo_is_led_nearly_as_one_that_was_told(servo):
 
 
 def lines_that_stutter(drive, lock=None, late=3):
-    """A planner after a fast motion of which all samples now and then come some periods late together."""
-    arm, past = arm_of(PANDA, SLOW, SERVOS["10 Hz"], TAKES[drive]), []
-    planner = started(PANDA, dt=SLOW, at=posture(PANDA), drive=drive, task=POSITION)
-    t = SLOW * np.arange(round(4.0 / SLOW))
-    s = ftqp.paths.Circle(PANDA.pose(posture(PANDA)), 0.15, duration=2.0).sample(np.minimum(t, 2.0))
-    targets = ftqp.Targets(s.pose, s.twist, s.acceleration)
-    for k in range(len(t)):
-        if lock is not None:
-            arm.braked[lock] = t[k] > 1.0
-        past.append(arm.measured())
-        comes = max(0, k - late) if int(t[k] / 0.15) % 4 == 3 else k
-        arm.command(planner.step(past[comes], None, targets.at(k)))
-    return planner
+    """A fast motion of which all samples now and then come some periods late together."""
+    past = []
+
+    def sees(k, q):
+        past.append(q)
+        return past[max(0, k - late) if int(k * SLOW / 0.15) % 4 == 3 else k]
+
+    arm = arm_of(PANDA, SLOW, SERVOS["10 Hz"], TAKES[drive])
+    way = {"radius": 0.15, "lasts": 2.0, "drive": drive, "task": POSITION}
+    return Motion(PANDA, arm, SLOW, 4.0, lock, 1.0, sees=sees, **way)
 
 
 @pytest.mark.parametrize("drive", TAKES)
 def test_samples_that_are_late_together_accuse_no_joint(drive):
-    planner = lines_that_stutter(drive)
-    assert planner.stopped_because is None and not planner.findings
-    assert "that is the clock" in planner.diagnosis.sentences[0]
+    motion = lines_that_stutter(drive)
+    assert motion.is_calm
+    assert "that is the clock" in motion.planner.diagnosis.sentences[0]
 
 
 @pytest.mark.parametrize("drive", TAKES)
 def test_a_lock_is_found_beside_samples_that_are_late_together(drive):
-    planner = lines_that_stutter(drive, lock=1)
-    assert [one.joint for one in planner.findings] == [PANDA.joints[1]]
+    motion = lines_that_stutter(drive, lock=1)
+    assert [one.joint for one in motion.planner.findings] == [PANDA.joints[1]]
 
 
 @pytest.mark.parametrize("drive", TAKES)
 def test_an_encoder_that_has_not_changed_its_number_yet_is_no_line_that_fails(drive):
     """Steps of 1.5 mrad, and a motion that begins gently: the arm waited for other numbers for ever."""
     arm = arm_of(PANDA, FAST, 188.0, TAKES[drive], sigma=0.0)
-    planner, (poses, targets) = started(PANDA, dt=FAST, drive=drive), circles(PANDA, FAST, 1.0)
-    for k in range(len(poses)):
-        step = planner.step(1.5e-3 * np.round(arm.measured() / 1.5e-3), None, targets.at(k))
-        assert step.status.name != "INVALID_INPUT"
-        arm.command(step)
+    motion = Motion(PANDA, arm, FAST, 1.0, sees=lambda k, q: 1.5e-3 * np.round(q / 1.5e-3), drive=drive)
+    assert ftqp.StepStatus.INVALID_INPUT not in motion.said
 
 
 @pytest.mark.parametrize("wrong", [np.nan, 0.3])
 @pytest.mark.parametrize("drive", TAKES)
 def test_a_lost_sensor_of_an_ideal_arm_is_survived_as_behind_servos(drive, wrong):
-    planner, q = started(PANDA, dt=FAST, drive=drive), PANDA.neutral.copy()
-    poses, targets = circles(PANDA, FAST, 2.0)
-    for k in range(len(poses)):
-        q = planner.step(q, None, targets.at(k)).q.copy()
-        q[3] += wrong if k >= 1000 else 0.0
-    assert planner.stopped_because is None and set(planner.faults) == {PANDA.joints[3]}
+    lost = np.where(np.arange(7) == 3, wrong, 0.0)
+    sees = lambda k, q: q + lost if k >= 1000 else q  # noqa: E731
+    motion = Motion(PANDA, IdealArm(), FAST, 2.0, sees=sees, drive=drive)
+    assert motion.planner.stopped_because is None and set(motion.planner.faults) == {PANDA.joints[3]}
 
 
 @pytest.mark.long
@@ -191,32 +200,18 @@ def test_without_a_detector_nobody_is_named(drive):
     assert not motion.planner.faults and not motion.planner.findings
 
 
-def commands_of_ideal_arm(**planner):
-    p = started(PANDA, dt=FAST, **planner)
-    q, sent, (poses, targets) = PANDA.neutral, [], circles(PANDA, FAST, 1.0)
-    for k in range(len(poses)):
-        q = p.step(q, None, targets.at(k)).q.copy()
-        sent.append(q)
-    return np.array(sent)
-
-
 @pytest.mark.parametrize("drive", TAKES)
 def test_an_ideal_arm_is_sent_what_it_would_be_without_the_monitor(drive):
-    assert np.array_equal(commands_of_ideal_arm(drive=drive), commands_of_ideal_arm(detector=False))
+    watched, plain = IdealArm(), IdealArm()
+    Motion(PANDA, watched, FAST, 1.0, drive=drive)
+    Motion(PANDA, plain, FAST, 1.0, detector=False)
+    assert np.array_equal(watched.sent, plain.sent)
 
 
 @pytest.mark.parametrize("drive", TAKES)
 def test_a_lock_of_an_ideal_arm_is_found_at_once(drive):
-    p = started(PANDA, dt=FAST, drive=drive)
-    q, stuck, (poses, targets) = PANDA.neutral.copy(), None, circles(PANDA, FAST, 2.0)
-    for k in range(len(poses)):
-        q = p.step(q, None, targets.at(k)).q.copy()
-        if k >= 700:
-            stuck = q[3] if stuck is None else stuck
-            q[3] = stuck
-        if p.faults:
-            break
-    assert set(p.faults) == {PANDA.joints[3]} and k < 1000
+    motion = Motion(PANDA, IdealArm(), FAST, 1.0, event=3, at=0.7, drive=drive)
+    assert set(motion.planner.faults) == {PANDA.joints[3]}
 
 
 @pytest.mark.parametrize("times", [0.1, 10.0])
@@ -248,8 +243,7 @@ def test_a_joint_that_dry_friction_holds_is_healthy(joint, dry, tmp_path):
     robot = stranger(tmp_path)
     arm = arm_of(robot, FAST, 25.0)
     arm.dry[joint] = dry * 25.0**2
-    motion = Motion(robot, arm, FAST, 4.0, task=POSITION)
-    assert motion.planner.stopped_because is None and not motion.planner.findings
+    assert Motion(robot, arm, FAST, 4.0, task=POSITION).is_calm
 
 
 @pytest.mark.parametrize("wn", [19.0, 25.0, 63.0])
@@ -302,11 +296,8 @@ def test_an_arm_that_an_unknown_load_draws_away_at_first_is_healthy(dt):
     """Nothing is known of a servo yet, and it falls until it holds the load: no motor was believed off."""
     arm = arm_of(PANDA, dt, 25.0)
     arm.push[1], arm.push[3] = 0.08 * 25.0**2, -0.08 * 25.0**2
-    p, (poses, targets) = started(PANDA, dt=dt), circles(PANDA, dt, 4.5)
-    for k in range(len(poses)):
-        arm.command(p.step(arm.measured(), None, targets.at(k)))
-    assert p.stopped_because is None and not p.findings
-    assert np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3]) < 1e-3
+    motion = Motion(PANDA, arm, dt, 4.5)
+    assert motion.is_calm and motion.error[-1] < 1e-3
 
 
 class OvercomeArm(ServoArm):
@@ -321,12 +312,8 @@ def test_a_joint_whose_motor_its_load_overcomes_is_not_called_locked():
     """Its servo rested at its torque limit, and was learned and judged as if it had none."""
     tau_max = PANDA.limits.tau_max.copy()
     tau_max[3] = PANDA_WEIGHT
-    robot = PANDA.with_limits(tau_max=tau_max)
     arm = OvercomeArm(posture(PANDA), FAST, takes="position only", wn=63.0, sigma=2e-5)
-    p, (poses, targets) = started(robot, dt=FAST), circles(PANDA, FAST, 3.0)
-    for k in range(len(poses)):
-        arm.command(p.step(arm.measured(), None, targets.at(k)))
-    assert p.stopped_because is None and not p.findings
+    assert Motion(PANDA.with_limits(tau_max=tau_max), arm, FAST, 3.0).is_calm
 
 
 class LateMotors(ServoArm):
@@ -343,8 +330,7 @@ def test_the_loop_of_a_velocity_arm_does_not_shake_servos_that_are_slower_than_i
     """Not told of them it has 10 1/s, at which an integrator behind such a servo swings without end."""
     arm = LateMotors(posture(PANDA), FAST, takes="velocity", wn=10.0, sigma=2e-5)
     motion = Motion(PANDA, arm, FAST, 4.0, drive="velocity")
-    assert motion.planner.stopped_because is None and not motion.planner.findings
-    assert motion.error[-1] < 2e-3
+    assert motion.is_calm and motion.error[-1] < 2e-3
 
 
 class PushedArm(ServoArm):
@@ -362,30 +348,21 @@ class PushedArm(ServoArm):
 def test_a_push_that_moves_a_soft_wrist_accuses_no_joint(wn):
     """It seemed to be without motor while it went, and locked while it was held away."""
     arm = PushedArm(posture(PANDA), FAST, takes="position only", wn=wn, sigma=2e-5)
-    p, (poses, targets) = started(PANDA, dt=FAST), circles(PANDA, FAST, 4.0)
-    for k in range(len(poses)):
-        arm.command(p.step(arm.measured(), None, targets.at(k)))
-    assert p.stopped_because is None and not p.findings
-    assert np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3]) < 1e-3
+    motion = Motion(PANDA, arm, FAST, 4.0)
+    assert motion.is_calm and motion.error[-1] < 1e-3
 
 
-def without(arm, first, last, spoil, **planner):
-    """A planner, samples spoilt from step ``first`` to ``last``: its statuses, the tip's last error [m]."""
-    p, said, (poses, targets) = started(PANDA, dt=FAST, **planner), [], circles(PANDA, FAST, 4.0)
-    for k in range(len(poses)):
-        q = arm.measured()
-        if first <= k < last:
-            q = spoil(q)
-        step = p.step(q, None, targets.at(k))
-        said.append(step.status)
-        arm.command(step)
-    return p, said, np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - poses[-1, :3, 3])
+def without(first, last, spoil, **planner):
+    """A motion of which samples are spoilt from step ``first`` to ``last``."""
+    sees = lambda k, q: spoil(q) if first <= k < last else q  # noqa: E731
+    return Motion(PANDA, arm_of(PANDA, FAST, 63.0), FAST, 4.0, sees=sees, **planner)
 
 
 def test_an_arm_waits_while_no_joint_says_a_number():
-    p, said, off = without(arm_of(PANDA, FAST, 63.0), 1000, 1300, lambda q: np.full_like(q, np.nan))
-    assert p.stopped_because is None and not p.findings and off < 1e-3
-    assert set(said[1000:1300]) == {ftqp.StepStatus.INVALID_INPUT} and said[-1] == ftqp.StepStatus.OK
+    motion = without(1000, 1300, lambda q: np.full_like(q, np.nan))
+    assert motion.is_calm and motion.error[-1] < 1e-3
+    assert set(motion.said[1000:1300]) == {ftqp.StepStatus.INVALID_INPUT}
+    assert motion.said[-1] == ftqp.StepStatus.OK
 
 
 def test_samples_that_come_late_all_together_accuse_nobody():
@@ -396,12 +373,12 @@ def test_samples_that_come_late_all_together_accuse_nobody():
         kept.append(q)
         return kept[0].copy()
 
-    p, _, off = without(arm_of(PANDA, FAST, 63.0), 1000, 1080, spoil)
-    assert p.stopped_because is None and not p.findings and off < 1e-3
+    motion = without(1000, 1080, spoil)
+    assert motion.is_calm and motion.error[-1] < 1e-3
 
 
 def test_an_arm_whose_line_stays_dead_is_stopped():
-    p, _, _ = without(arm_of(PANDA, FAST, 63.0), 1000, 2500, lambda q: np.full_like(q, np.nan))
+    p = without(1000, 2500, lambda q: np.full_like(q, np.nan)).planner
     assert p.stopped_because is not None and "sensor" in p.stopped_because and not p.faults
 
 
@@ -417,23 +394,23 @@ def dead(q):
 
 @pytest.mark.parametrize(("spoil", "kind"), [(jumped, "sensor_biased"), (dead, "sensor_dropped")])
 def test_a_joint_whose_sensor_is_lost_is_held_by_its_servo_and_the_others_go_on(spoil, kind):
-    p, said, off = without(arm_of(PANDA, FAST, 63.0), 1000, 10**6, spoil, task=POSITION)
-    assert p.stopped_because is None and set(p.faults) == {PANDA.joints[3]}
-    (finding,) = p.findings
+    motion = without(1000, 10**6, spoil, task=POSITION)
+    assert motion.planner.stopped_because is None and set(motion.planner.faults) == {PANDA.joints[3]}
+    (finding,) = motion.planner.findings
     assert finding.kinds == {kind} and finding.detected_at < 1.1
-    assert off < 1e-3 and said[-1] == ftqp.StepStatus.OK
+    assert motion.error[-1] < 1e-3 and motion.said[-1] == ftqp.StepStatus.OK
 
 
 @pytest.mark.parametrize("spoil", [jumped, dead])
 def test_a_sensor_that_is_lost_stops_an_arm_that_only_guards(spoil):
-    p, _, _ = without(arm_of(PANDA, FAST, 63.0), 1000, 10**6, spoil, task=POSITION, detector=False)
+    p = without(1000, 10**6, spoil, task=POSITION, detector=False).planner
     assert PANDA.joints[3] in p.stopped_because and not p.faults
 
 
 def test_a_sensor_of_a_joint_that_swings_freely_still_stops_the_arm():
     """Nobody holds such a joint where it was sent."""
-    p, (_, targets) = started(PANDA, dt=FAST, task=POSITION), circles(PANDA, FAST, 1.0)
-    arm = arm_of(PANDA, FAST, 63.0)
+    arm, p = arm_of(PANDA, FAST, 63.0), started(PANDA, dt=FAST, task=POSITION)
+    targets = targets_along(ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.06, duration=3.0), 900, FAST)
     for k in range(900):
         if k == 500:
             p.report(ftqp.FreeSwinging(6))
@@ -449,31 +426,27 @@ def test_a_sensor_that_begins_anew_after_a_turn_is_followed(turn):
         q[2] += turn
         return q
 
-    p, said, off = without(arm_of(PANDA, FAST, 63.0), 1000, 3000, spoil)
-    assert p.stopped_because is None and not p.findings and off < 1e-3
-    assert ftqp.StepStatus.INVALID_INPUT not in said
+    motion = without(1000, 3000, spoil)
+    assert motion.is_calm and motion.error[-1] < 1e-3
+    assert ftqp.StepStatus.INVALID_INPUT not in motion.said
 
 
 def test_a_joint_that_is_a_turn_off_from_the_start_is_not_followed():
-    p, (_, targets) = started(PANDA, dt=FAST), circles(PANDA, FAST, 1.0)
-    arm = arm_of(PANDA, FAST, 63.0)
-    for k in range(100):
-        step = p.step(arm.measured() + 2.0 * np.pi * (np.arange(7) == 2), None, targets.at(k))
-        arm.command(step)
-    assert list(p.faults) == [PANDA.joints[2]]
-    assert "encoder whose numbers have jumped" in p.findings[0].sentence
-    assert np.abs(step.q - PANDA.neutral).max() < 1e-2
+    turned = 2.0 * np.pi * (np.arange(7) == 2)
+    motion = Motion(PANDA, arm_of(PANDA, FAST, 63.0), FAST, 0.1, sees=lambda k, q: q + turned)
+    assert list(motion.planner.faults) == [PANDA.joints[2]]
+    assert "encoder whose numbers have jumped" in motion.planner.findings[0].sentence
+    assert np.abs(motion.step.q - PANDA.neutral).max() < 1e-2
 
 
 def test_gaps_in_the_samples_accuse_nobody():
-    p, arm = started(PANDA, dt=FAST), arm_of(PANDA, FAST, 63.0)
-    poses, targets = circles(PANDA, FAST, 3.0)
-    for k in range(len(poses)):
-        q = arm.measured()
+    def sees(k, q):
         if k % 400 > 390:
             q[k // 400 % 7] = np.nan
-        arm.command(p.step(q, None, targets.at(k)))
-    assert p.stopped_because is None and not p.faults
+        return q
+
+    motion = Motion(PANDA, arm_of(PANDA, FAST, 63.0), FAST, 3.0, sees=sees)
+    assert motion.planner.stopped_because is None and not motion.planner.faults
 
 
 def test_a_finding_is_logged_in_a_sentence(caplog):

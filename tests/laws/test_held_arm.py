@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started, targets_along
 
 import ftqp
 from ftqp.control.planner.status import StepStatus
@@ -50,11 +50,15 @@ class Arm:
         return float((np.abs(self.q - before) / DT / self.robot.limits.v_max).max())
 
 
+def circle(radius):
+    """A circle of the Panda, gone round in 3 s."""
+    return ftqp.paths.Circle(PANDA.pose(PANDA.neutral), radius=radius, duration=3.0)
+
+
 def leader(planner, kind, path, goal):
     if kind == "clock":
         last = round(path.duration / DT)
-        s = path.sample(DT * np.arange(last + 1))
-        targets = ftqp.Targets(s.pose, s.twist, s.acceleration)
+        targets = targets_along(path, last + 1, DT)
         return lambda q, k: planner.step(q, None, targets.at(min(k, last)))
     if kind == "path":
         follower = ftqp.PathFollower(planner, path)
@@ -135,11 +139,8 @@ def test_target_is_reached_behind_a_slow_servo_that_nobody_told_of(hold):
 
 @pytest.mark.parametrize("dt", [0.02, 0.025, 0.04])
 def test_hold_is_said_within_a_few_samples_of_a_slow_loop(dt):
-    planner, arm = ftqp.Planner(PANDA, dt=dt), Arm(PANDA, w=20.0)
-    planner.reset(PANDA.neutral)
-    path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), radius=0.05, duration=3.0)
-    s = path.sample(dt * np.arange(round(3.0 / dt) + 1))
-    targets, said = ftqp.Targets(s.pose, s.twist, s.acceleration), []
+    planner, arm, said = started(PANDA, dt=dt), Arm(PANDA, w=20.0), []
+    targets = targets_along(circle(0.05), round(3.0 / dt) + 1, dt)
     for k in range(round(2.0 / dt)):
         step = planner.step(arm.q, None, targets.at(k))
         for _ in range(round(dt / DT)):
@@ -153,17 +154,9 @@ def turning(told, w, speed, locks=2.0, seconds=0.75):
 
     How far the tip falls behind [m], the fastest joint, the largest lead of the first joint [rad], statuses.
     """
-    planner, arm = ftqp.Planner(PANDA, drive=ftqp.Drive(bandwidth=told)), Arm(PANDA, w=w)
-    planner.reset(PANDA.neutral)
-    begin, ramp, angle, fastest, behind, lead, said = (
-        PANDA.pose(PANDA.neutral),
-        0.5,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        set(),
-    )
+    planner, arm = started(PANDA, drive=ftqp.Drive(bandwidth=told)), Arm(PANDA, w=w)
+    begin, ramp, said = PANDA.pose(PANDA.neutral), 0.5, set()
+    angle = fastest = behind = lead = 0.0
     for k in range(round(seconds / DT)):
         s = min(1.0, k * DT / ramp)
         rate, change = speed * s * s * (3.0 - 2.0 * s), speed * 6.0 * s * (1.0 - s) / ramp
@@ -244,10 +237,8 @@ def test_arm_of_a_stranger_with_noise_is_held_and_let_go(tmp_path, fed, noise, s
 
 
 def test_stop_of_a_held_arm_is_resumed():
-    robot, arm = PANDA, Arm(PANDA)
-    planner = started(robot)
-    s = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.05, duration=3.0).sample(DT * np.arange(3001))
-    targets, fastest = ftqp.Targets(s.pose, s.twist, s.acceleration), 0.0
+    planner, arm, fastest = started(PANDA), Arm(PANDA), 0.0
+    targets = targets_along(circle(0.05), 3001, DT)
     for k in range(8000):
         if k == 1200:
             planner.stop()
@@ -260,24 +251,25 @@ def test_stop_of_a_held_arm_is_resumed():
     assert step.status is StepStatus.OK and step.position_error < 1e-3 and fastest < 1.1
 
 
+def paused(since, until):
+    """A stop of the planner at a tick, resumed at another."""
+
+    def resume(planner):
+        assert planner.resume()
+
+    return {since: lambda planner: planner.stop(), until: resume}
+
+
 @pytest.mark.parametrize(
     ("drive", "mode"),
     [("position", "slack"), ("position", "hard"), ("velocity", "scaled"), ("torque", "lexicographic")],
 )
 def test_stopped_arm_goes_on_along_the_path_of_the_clock_and_does_not_race(drive, mode):
     planner = ftqp.Planner(PANDA, DT, drive=drive, task=ftqp.Task(mode=mode))
-    q = PANDA.neutral.copy()
-    planner.reset(q)
-    s = ftqp.paths.Circle(PANDA.pose(q), radius=0.1, duration=3.0).sample(DT * np.arange(3001))
-    targets, tips, far = ftqp.Targets(s.pose, s.twist, s.acceleration), [], 0.0
-    for k in range(8000):
-        if k == 1000:
-            planner.stop()
-        if k == 2000:
-            assert planner.resume()
-        step = planner.step(q, None, targets.at(min(k, 3000)))
-        q = step.q.copy()
-        tips.append(PANDA.pose(q)[:3, 3])
+    s, targets = circle(0.1).sample(DT * np.arange(3001)), targets_along(circle(0.1), 3001, DT)
+    tips = []
+    for step in closed_loop(planner, lambda k: targets.at(min(k, 3000)), 8000, events=paused(1000, 2000)):
+        tips.append(PANDA.pose(step.q)[:3, 3])
     far = max(np.linalg.norm(s.pose[:, :3, 3] - p, axis=1).min() for p in tips[::20])
     speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / DT
     assert speeds[2000:].max() < 1.3 * np.linalg.norm(s.twist[:, :3], axis=1).max()  # 3.5 times, when chased
@@ -285,30 +277,19 @@ def test_stopped_arm_goes_on_along_the_path_of_the_clock_and_does_not_race(drive
 
 
 def test_goal_that_is_given_to_a_stopped_arm_is_gone_to_at_once_and_makes_nothing_late():
-    planner = started(PANDA)
-    q = PANDA.neutral.copy()
-    path = ftqp.paths.Line(PANDA.pose(q), [0.1, 0.0, 0.0], duration=2.0)
-    s = path.sample(DT * np.arange(2001))
-    targets, errors = ftqp.Targets(s.pose, s.twist, s.acceleration), []
-    for k in range(6000):
-        if k == 1000:
-            planner.stop()
-        if k == 2500:
-            assert planner.resume()
-        # another goal comes while the arm stands, and the path from its begin once the arm is there
-        target = targets.at(k if k < 2000 else 0 if k < 4000 else k - 4000)
-        step = planner.step(q, None, target)
-        q = step.q.copy()
-        errors.append(step.position_error)
+    path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), [0.1, 0.0, 0.0], duration=2.0)
+    targets = targets_along(path, 2001, DT)
+    # another goal comes while the arm stands, and the path from its begin once the arm is there
+    given = lambda k: targets.at(k if k < 2000 else 0 if k < 4000 else k - 4000)  # noqa: E731
+    steps = closed_loop(ftqp.Planner(PANDA), given, 6000, events=paused(1000, 2500))
+    errors = [step.position_error for step in steps]
     assert all(np.diff(errors[2510:3500]) < 1e-6)
     assert max(errors[4000:]) < 1e-3
 
 
 def test_locked_joint_is_no_held_arm():
-    robot, arm = PANDA, Arm(PANDA)
-    planner = started(robot)
-    s = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.1, duration=3.0).sample(DT * np.arange(3001))
-    targets, held = ftqp.Targets(s.pose, s.twist, s.acceleration), 0
+    planner, arm, held = started(PANDA), Arm(PANDA), 0
+    targets = targets_along(circle(0.1), 3001, DT)
     for k in range(2500):
         step = planner.step(arm.q, None, targets.at(k))
         locked = arm.q[3]

@@ -2,10 +2,11 @@
 
 import logging
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
-from tests.going import started
+from tests.going import closed_loop, started
 
 import ftqp
 
@@ -172,13 +173,10 @@ def test_self_motions_of_a_long_arm_that_lags_behind_its_target_are_no_saddles()
     assert np.abs(run.of("a")).max() < 3.0
 
 
-def stands(planner, pose, q, v, ticks):
+def stands(planner, pose, q, ticks):
     """The last step towards a target that stands."""
-    target = ftqp.Target(pose=pose)
-    for _ in range(ticks):
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
-    return step.copy()
+    *_, last = closed_loop(planner, ftqp.Target(pose=pose), ticks, q, reset=False)
+    return last.copy()
 
 
 def test_a_hold_is_said_once_and_ends_when_the_target_moves(caplog):
@@ -186,12 +184,12 @@ def test_a_hold_is_said_once_and_ends_when_the_target_moves(caplog):
     planner = started(robot, DT, emergency=None)
     far = moved(robot, robot.neutral, (0.9, 0.0, 0.0))
     with caplog.at_level(logging.INFO, logger="ftqp"):
-        step = stands(planner, far, robot.neutral, np.zeros(7), 1500)
+        step = stands(planner, far, robot.neutral, 1500)
         assert step.holding and step.status is ftqp.StepStatus.RELAXED
         warned, *said = caplog.records
         assert warned.levelno == logging.WARNING and "first target is 900 mm" in warned.message
         assert [r.message.startswith("holding, out of reach by") for r in said] == [True]
-        step = stands(planner, robot.pose(robot.neutral), step.q, step.v, 1500)
+        step = stands(planner, robot.pose(robot.neutral), step.q, 1500)
     assert not step.holding and step.status is ftqp.StepStatus.OK and step.position_error < 1e-4
     assert len(caplog.records) == 3 and "no longer holding" in caplog.records[2].message
 
@@ -215,7 +213,7 @@ def test_every_backend_rests_as_the_kernel_does(backend):
     for name in ("active_set", backend):
         planner = started(robot, 0.01, backend=name, emergency=None)
         far = moved(robot, robot.neutral, (1.0, 0.5, 0.0))
-        steps.append(stands(planner, far, robot.neutral, np.zeros(4), 500))
+        steps.append(stands(planner, far, robot.neutral, 500))
     assert steps[0].holding and steps[1].holding
     np.testing.assert_allclose(steps[1].q, steps[0].q, atol=1e-6)
 
@@ -250,26 +248,22 @@ def test_a_path_that_cannot_go_on_is_blocked_within_a_second_of_its_stall_and_th
     planner = ftqp.Planner(robot, DT, level=level, task=task, emergency=None)
     way = 2.0 * np.array(way) if locked is None else np.array(way)
     follower = ftqp.PathFollower(planner, ftqp.paths.Line(robot.pose(robot.neutral), way, duration=3.0))
-    follower.reset(robot.neutral)
-    q, v = robot.neutral.copy(), np.zeros(robot.nv)
+    fails = {} if locked is None else {round(1.0 / DT): lambda planner: planner.report(ftqp.Locked(locked))}
     rates, efforts = [], []
-    while follower.status is not ftqp.PathStatus.BLOCKED:
-        if locked is not None and len(rates) == round(1.0 / DT):
-            planner.report(ftqp.Locked(locked))
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
+    steps = closed_loop(follower, None, round(8.0 / DT), events=fails)
+    for step in steps:
         rates.append(follower.rate)
         efforts.append(np.abs(step.a / robot.limits.a_max).max())
-        assert len(rates) < 6.0 / DT
+        if follower.status is ftqp.PathStatus.BLOCKED:
+            break
+    assert len(rates) < 6.0 / DT
     slow = np.array(rates) < 0.01
     assert 0.3 < np.count_nonzero(slow) * DT < 1.0
     assert np.count_nonzero(np.array(efforts)[slow] >= 0.95) * DT < 0.25
     progress, speeds = [], []
-    for _ in range(round(2.0 / DT)):
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
+    for step in islice(steps, round(2.0 / DT)):
         progress.append(follower.progress)
-        speeds.append(np.abs(v / robot.limits.v_max).max())
+        speeds.append(np.abs(step.v / robot.limits.v_max).max())
     assert follower.status is ftqp.PathStatus.BLOCKED and progress[0] == progress[-1]
     assert max(speeds[round(1.0 / DT) :]) < 0.01 and step.position_error < 5e-3
 
@@ -284,11 +278,7 @@ def test_a_stall_that_a_self_motion_can_pass_is_passed(start, level):
     follower = ftqp.PathFollower(planner, path)
     for joint in (1, 3, 6):
         planner.report(ftqp.Locked(joint, mode="instant"))
-    follower.reset(q)
-    v = np.zeros(11)
-    for _ in range(2200):
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
+    for step in closed_loop(follower, None, 2200, q):
         assert step.status is not ftqp.StepStatus.FALLBACK and step.position_error < 2e-3
     assert follower.status is ftqp.PathStatus.DONE
 
@@ -302,24 +292,19 @@ def ended(robot, level, way, law):
     planner = ftqp.Planner(robot, DT, level=level, task=ftqp.Task(mode="scaled"), emergency=None)
     path = ftqp.paths.Line(robot.pose(robot.neutral), way, duration=3.0, law=law)
     follower = ftqp.PathFollower(planner, path)
-    follower.reset(robot.neutral)
-    q, v = robot.neutral.copy(), np.zeros(robot.nv)
-    stood = strained = 0
-    while follower.status not in (ftqp.PathStatus.BLOCKED, ftqp.PathStatus.DONE):
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
+    steps, stood, strained = closed_loop(follower, None, round(60.0 / DT)), 0, 0
+    for step in steps:
         stands = follower.rate < 0.01 and follower.progress > 0.0
         stood += stands
         strained += stands and np.abs(step.a / robot.limits.a_max).max() >= 0.95
-        assert follower.planner.dt * stood < 2.0
+        if follower.status in (ftqp.PathStatus.BLOCKED, ftqp.PathStatus.DONE):
+            break
+        assert DT * stood < 2.0
     end, statuses, speeds, errors = path.sample([3.0]).pose[0], [], [], []
-    for tick in range(round(2.0 / DT)):
-        step = follower.step(q, v)
-        q, v = step.q.copy(), step.v.copy()
-        if tick * DT >= 1.0:
-            statuses.append(step.status)
-            speeds.append(np.abs(v / robot.limits.v_max).max())
-            errors.append(np.linalg.norm(robot.pose(q)[:3, 3] - end[:3, 3]))
+    for step in islice(steps, round(1.0 / DT), round(2.0 / DT)):
+        statuses.append(step.status)
+        speeds.append(np.abs(step.v / robot.limits.v_max).max())
+        errors.append(np.linalg.norm(robot.pose(step.q)[:3, 3] - end[:3, 3]))
     return follower, set(statuses), max(speeds), max(errors), DT * stood, DT * strained
 
 

@@ -5,6 +5,7 @@ import logging
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.going import closed_loop, started, targets_along
 
 import ftqp
 from ftqp.core.pose import rotation_exp, transform
@@ -43,44 +44,42 @@ def test_arm_that_can_hold_itself_is_led_to_where_it_can(name, level, emergency)
         goal = robot.pose(posture(robot, rng))
         joint = int(rng.choice(loaded(robot, q)))
         left = min(rng.uniform(1.06, 1.6) * abs(weight(robot, q)[joint]), robot.limits.tau_max[joint])
-        planner = ftqp.Planner(
-            robot, TWO_MS, level=level, task=ftqp.Task(rows="position"), emergency=emergency
+        planner = started(
+            robot, TWO_MS, at=q, level=level, task=ftqp.Task(rows="position"), emergency=emergency
         )
-        planner.reset(q)
         planner.report(ftqp.Degraded(joint, torque=left / robot.limits.tau_max[joint]))
-        begin, v, most = robot.pose(q)[:3, 3], np.zeros(robot.nv), 0.0
-        for k in range(1500):
-            share = min(1.0, k / 1000)
-            target = ftqp.Target(position=begin + share * (goal[:3, 3] - begin))
-            step = planner.step(q, v, target)
-            q, v = step.q.copy(), step.v.copy()
-            assert (np.abs(v) <= robot.limits.v_max * (1.0 + 1e-9)).all()
-            most = max(most, abs(weight(robot, q)[joint]) / left)
+        begin, most = robot.pose(q)[:3, 3], 0.0
+        shares = np.minimum(np.arange(1500) / 1000, 1.0)
+        way = [ftqp.Target(position=begin + share * (goal[:3, 3] - begin)) for share in shares]
+        for step in closed_loop(planner, way.__getitem__, len(way), q, reset=False):
+            assert (np.abs(step.v) <= robot.limits.v_max * (1.0 + 1e-9)).all()
+            most = max(most, abs(weight(robot, step.q)[joint]) / left)
         assert most <= 1.0, (joint, most)
         tempted += most > 0.9
     assert tempted > 0 or emergency is not None, "an arm that is stopped for its error may not come near"
 
 
-def test_weak_shoulder_goes_round_a_circle_whose_shortest_way_it_could_not_hold(level):
-    """A Panda whose second joint has 8 % of its torque, a twentieth more than it needs where that is told."""
-    robot = ftqp.robots.load("panda")
-    rng = np.random.default_rng(100)
+def circle_of(seed, duration):
+    """A Panda's posture, and a circle from there in a plane of its own."""
+    robot, rng = ftqp.robots.load("panda"), np.random.default_rng(seed)
     q = np.clip(robot.neutral + rng.uniform(-0.6, 0.6, 7), robot.limits.q_min + 0.3, robot.limits.q_max - 0.3)
     axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
-    path = ftqp.paths.Circle(robot.pose(q), 0.1, duration=5.0, axes=(axes[0], axes[1]))
-    way, left = path.sample(TWO_MS * np.arange(2800)), np.inf
+    return robot, q, ftqp.paths.Circle(robot.pose(q), 0.1, duration=duration, axes=(axes[0], axes[1]))
+
+
+def test_weak_shoulder_goes_round_a_circle_whose_shortest_way_it_could_not_hold(level):
+    """A Panda whose second joint has 8 % of its torque, a twentieth more than it needs where that is told."""
+    robot, q, path = circle_of(100, 5.0)
+    targets, left = targets_along(path, 2800, TWO_MS), np.inf
     for tells in (True, False):
-        planner = ftqp.Planner(robot, TWO_MS, level=level, task=ftqp.Task(rows="position"))
-        planner.reset(q)
-        at, v, needed = q, np.zeros(7), 0.0
-        for k in range(2800):
-            if k == 500 and tells:
-                left = 1.05 * abs(weight(robot, at)[1])
+        planner = started(robot, TWO_MS, at=q, level=level, task=ftqp.Task(rows="position"))
+        needed = 0.0
+        for k, step in enumerate(closed_loop(planner, targets.at, 2800, q)):
+            held = abs(weight(robot, step.q)[1])
+            if k == 499 and tells:
+                left = 1.05 * held
                 planner.report(ftqp.Degraded(1, torque=left / robot.limits.tau_max[1]))
-            target = ftqp.Target(pose=way.pose[k], twist=way.twist[k], acceleration=way.acceleration[k])
-            step = planner.step(at, v, target)
-            at, v = step.q.copy(), step.v.copy()
-            needed = max(needed, abs(weight(robot, at)[1]) if k >= 500 else 0.0)
+            needed = max(needed, held if k >= 500 else 0.0)
         assert step.position_error < 1e-3
         assert (needed <= left) == tells, "healthy it goes where the weak joint could not hold the arm"
     assert planner.stopped_because is None
@@ -88,35 +87,20 @@ def test_weak_shoulder_goes_round_a_circle_whose_shortest_way_it_could_not_hold(
 
 def test_stop_brakes_the_arm_before_a_weak_joint_is_where_it_could_not_hold_it(level):
     """A Panda loses its task because its second joint keeps 5 % of its torque, and is stopped on the way."""
-    robot = ftqp.robots.load("panda")
-    rng = np.random.default_rng(107)
-    q = np.clip(robot.neutral + rng.uniform(-0.6, 0.6, 7), robot.limits.q_min + 0.3, robot.limits.q_max - 0.3)
-    axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
-    planner = ftqp.Planner(robot, TWO_MS, level=level)
-    planner.reset(q)
-    path = ftqp.paths.Circle(robot.pose(q), 0.1, duration=6.0, axes=(axes[0], axes[1]))
-    way, v, left, stopped = (
-        path.sample(TWO_MS * np.arange(3500)),
-        np.zeros(7),
-        0.05 * robot.limits.tau_max[1],
-        0,
-    )
-    for k in range(3500):
-        if k == 900:
-            planner.report(ftqp.Degraded(1, torque=0.05))
-        target = ftqp.Target(pose=way.pose[k], twist=way.twist[k], acceleration=way.acceleration[k])
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
+    robot, q, path = circle_of(107, 6.0)
+    planner = started(robot, TWO_MS, at=q, level=level)
+    targets, weak, stopped = targets_along(path, 3500, TWO_MS), ftqp.Degraded(1, torque=0.05), 0
+    steps = closed_loop(planner, targets.at, 3500, q, events={900: lambda planner: planner.report(weak)})
+    for k, step in enumerate(steps):
         stopped += planner.stopped_because is not None
-        assert abs(weight(robot, q)[1]) <= left or k < 900, k
+        assert abs(weight(robot, step.q)[1]) <= 0.05 * robot.limits.tau_max[1] or k < 900, k
     assert stopped > 500
     assert step.status == ftqp.StepStatus.STOPPED
 
 
 def test_arm_that_cannot_hold_itself_is_stopped_as_before(level):
     robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, TWO_MS, level=level)
-    planner.reset(robot.neutral)
+    planner = started(robot, TWO_MS, level=level)
     share = 0.9 * abs(weight(robot, robot.neutral)[3]) / robot.limits.tau_max[3]
     planner.report(ftqp.Degraded(3, torque=share))
     assert planner.stopped_because == "panda_joint4 cannot hold the arm here with the torque that it has left"
@@ -203,11 +187,8 @@ def ended(goto, q, longest):
 
 def test_arm_that_swings_out_of_reach_is_said_to_rest_when_it_does():
     """Every half swing ends in a moment without speed, which is no rest."""
-    planner, start = (
-        ftqp.Planner(ftqp.Robot.from_urdf(SLIDER, tip="tool"), 0.01),
-        np.array([1.19, 0.14, 0.16]),
-    )
-    planner.reset(start)
+    start = np.array([1.19, 0.14, 0.16])
+    planner = started(ftqp.Robot.from_urdf(SLIDER, tip="tool"), 0.01, at=start)
     goal = transform(rotation_exp(np.array([2.0, -0.4, 0.9])), np.array([0.24, -0.14, 0.6]))
     goto = ftqp.GoTo(planner, pose=goal)
     _, share = ended(goto, start, 25.0)
@@ -218,8 +199,7 @@ def test_arm_that_swings_out_of_reach_is_said_to_rest_when_it_does():
 @pytest.mark.long
 def test_arm_that_is_too_weak_for_its_load_at_a_pose_rests_where_it_is_strong_enough(level):
     panda = ftqp.robots.load("panda")
-    planner = ftqp.Planner(panda, DT, level=level)
-    planner.reset(panda.neutral)
+    planner = started(panda, DT, level=level)
     planner.carry(ftqp.Payload(8.0))
     goto = ftqp.GoTo(planner, pose=panda.pose(np.array([0.0, 1.47, 0.0, -0.2, 0.0, 1.6, 0.8])))
     q, share = ended(goto, panda.neutral, 20.0)
@@ -232,8 +212,7 @@ def test_arm_that_is_too_weak_for_its_load_at_a_pose_rests_where_it_is_strong_en
 @pytest.mark.long
 def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
     panda = ftqp.robots.load("panda")
-    planner = ftqp.Planner(panda, DT)
-    planner.reset(panda.neutral)
+    planner = started(panda, DT)
     planner.carry(ftqp.Payload(30.0))
     goal = panda.pose(panda.neutral)
     goal[:3, 3] += 0.5
@@ -250,9 +229,8 @@ def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
 @pytest.mark.long
 def test_joints_that_the_scheme_goes_on_moving_do_not_keep_a_pose_from_being_reached():
     panda = ftqp.robots.load("panda")
-    planner, start = ftqp.Planner(panda, DT, scheme="man"), panda.neutral.copy()
-    start += np.random.default_rng(1).uniform(-0.4, 0.4, 7)
-    planner.reset(start)
+    start = panda.neutral + np.random.default_rng(1).uniform(-0.4, 0.4, 7)
+    planner = started(panda, DT, at=start, scheme="man")
     goto = ftqp.GoTo(planner, pose=panda.pose(panda.neutral), straight=True)
     ended(goto, start, 20.0)
     assert goto.status is ftqp.GoToStatus.REACHED

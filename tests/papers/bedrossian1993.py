@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from tests.arm_at import arm_at
+from tests.going import closed_loop
 
 import ftqp
 from ftqp.core.checks import FloatArray
@@ -70,37 +71,24 @@ def run(
 ) -> Run:
     """Follow a constant twist from q; the target moves along the line in time, ``gain`` 0 is open loop."""
     robot = arm() if robot is None else robot
-    planner = ftqp.Planner(
-        robot,
-        dt,
-        level="velocity",
-        scheme=scheme,
-        task=ftqp.Task(kp=gain, rows="pose", calm=False),
-        emergency=None,
-    )
+    task = ftqp.Task(kp=gain, rows="pose", calm=False)
+    planner = ftqp.Planner(robot, dt, level="velocity", scheme=scheme, task=task, emergency=None)
     for joint in locks:
         planner.report(ftqp.Locked(joint))
-    q = q.copy()
-    planner.reset(q)
-    start = robot.pose(q)
-    target = ftqp.Target(pose=start, twist=twist)
-    v = np.zeros(robot.nv)
-    count = round(duration / dt)
-    qs, rates, tips, kappa, status = [], [], [], [], []
-    for k in range(count):
-        target.pose[:3, 3] = start[:3, 3] + twist[:3] * (k * dt)
-        step = planner.step(q, v, target)
-        qs.append(q)
+    target, begin = ftqp.Target(pose=robot.pose(q), twist=twist), robot.pose(q)[:3, 3]
+
+    def moving(k: int) -> ftqp.Target:
+        target.position[:] = begin + twist[:3] * (k * dt)
+        return target
+
+    qs, rates, kappa, status = [q.copy()], [], [], []
+    for step in closed_loop(planner, moving, round(duration / dt), q):
+        qs.append(step.q.copy())
         rates.append(step.v.copy())
-        tips.append(robot.pose(q))
         kappa.append(step.kappa)
         status.append(step.status)
-        q, v = step.q.copy(), step.v.copy()
-    qs.append(q)
-    tips.append(robot.pose(q))
-    return Run(
-        q=np.array(qs), rates=np.array(rates), tip=np.array(tips), kappa=np.array(kappa), status=status
-    )
+    tips = np.array([robot.pose(one) for one in qs])
+    return Run(q=np.array(qs), rates=np.array(rates), tip=tips, kappa=np.array(kappa), status=status)
 
 
 def progress(run: Run, twist: FloatArray, duration: float = 20.0) -> tuple[float, float, float]:
@@ -112,8 +100,4 @@ def progress(run: Run, twist: FloatArray, duration: float = 20.0) -> tuple[float
     turn = run.tip[:, :3, :3] @ run.tip[0, :3, :3].T
     trace = np.clip((np.trace(turn, axis1=1, axis2=2) - 1.0) / 2.0, -1.0, 1.0)
     total = np.linalg.norm(twist[:3]) * duration
-    return (
-        float(travelled[-1] / total),
-        float(off.max()) / INCH,
-        float(np.arccos(trace).max()) / DEG,
-    )
+    return float(travelled[-1] / total), float(off.max()) / INCH, float(np.arccos(trace).max()) / DEG

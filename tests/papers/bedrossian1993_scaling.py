@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from tests.going import closed_loop
 
 import ftqp
 
@@ -70,20 +71,15 @@ def follow(
     path = ftqp.paths.Line(arm.robot.pose(q), way, duration=20.0, law="constant")
     follower = ftqp.PathFollower(arm, path, stall=stall)
     lock(arm, locks)
-    follower.reset(q)
-    v = np.zeros(11)
     direction = way / np.linalg.norm(way)
-    off = turned = blocked_at = None
-    off = turned = 0.0
+    off, turned, blocked_at = 0.0, 0.0, None
     speeds, rates, progresses = [], [], []
-    for k in range(round(longest / DT)):
-        step = follower.step(q, v)
+    for k, step in enumerate(closed_loop(follower, None, round(longest / DT), q)):
         tip = follower.target.position - step.task_error[:3] - path.start[:3, 3]
         along = min(max(float(tip @ direction), 0.0), float(np.linalg.norm(way)))
         off = max(off, float(np.linalg.norm(tip - along * direction)))
         turned = max(turned, step.rotation_error)
-        q, v = step.q.copy(), step.v.copy()
-        speeds.append(np.abs(v).max())
+        speeds.append(np.abs(step.v).max())
         rates.append(follower.rate)
         progresses.append(follower.progress)
         if blocked_at is None and follower.blocked:
@@ -98,7 +94,7 @@ def follow(
         turned=float(np.rad2deg(turned)),
         fastest=float(np.rad2deg(max(speeds))),
         blocked_at=blocked_at,
-        v=v,
+        v=step.v.copy(),
         rates=np.array(rates),
         progresses=np.array(progresses),
     )

@@ -231,17 +231,15 @@ DT, JOINT = 0.01, 3
 def test_command_of_a_locked_joint_whose_sensor_is_lost_stays_where_it_is(level, drive, mode):
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, DT, level=level, drive=drive, detector=False)
-    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.1, duration=1.5)
+    targets = targets_along(ftqp.paths.Circle(robot.pose(robot.neutral), 0.1, duration=1.5), 90, DT)
     q, v = robot.neutral.copy(), robot.neutral * 0.0
     planner.reset(q)
     sent, held = [], 0.0
     for k in range(90):
-        sample = path.sample([k * DT])
         if k == 60:
             assert planner.stopped_because
             planner.report(ftqp.Locked(JOINT, mode=mode))
-        target = ftqp.Target(sample.pose[0], twist=sample.twist[0], acceleration=sample.acceleration[0])
-        step = planner.step(q, v, target)
+        step = planner.step(q, v, targets.at(k))
         sent.append(step.q[JOINT])
         q, v = step.q.copy(), step.v.copy()
         if k == 20:  # the brake closes, and nobody says so

@@ -81,9 +81,9 @@ def test_a_claim_is_judged_by_residual_and_fact(
     assert outcome(claim, residual, fact) is expected
 
 
-def test_every_qp_of_the_study_of_the_cap_has_a_solution_and_some_end_at_the_cap() -> None:
+def test_every_qp_of_the_study_of_the_cap_has_a_solution_and_hardly_one_ends_at_the_cap() -> None:
     found = json.loads(script("dtrnn_cap", "--count", "20", "--json").stdout)
     for row in found["rows"]:
         assert row["active_set"] == row["count"] == 20 and set(row["ends"]) <= {"SOLVED", "MAX_ITERATIONS"}
         assert row["condition"] > 100.0 or row["ends"] == {"SOLVED": 20}
-    assert found["ill_conditioned"] == 180 and 0 < found["capped"] < 90
+    assert found["ill_conditioned"] == 180 and found["capped"] <= 1

@@ -117,13 +117,13 @@ def limit_findings(
         elif not continuous[i] and (low == -np.inf or high == np.inf):
             found.append(note(f"joint {joint!r} has no position limit on {_open(low, high)}", "limits"))
         for field, what in MAGNITUDES:
-            value = float(getattr(limits, field)[i])
-            wrong = _wrong_magnitude(value, what, field, joint)
+            wrong = _wrong_magnitude(float(getattr(limits, field)[i]), what, field, joint)
             if wrong:
                 found.append(unsafe(f"joint {joint!r} has {wrong}", "limits"))
-            elif value == np.inf and field == "v_max":
-                sentence = f"joint {joint!r} has no velocity limit; {_remedy(joint, field)}"
-                found.append(warning(sentence, "limits"))
+    endless = ", ".join(names[i] for i in np.flatnonzero(limits.v_max == np.inf).tolist())
+    if endless:
+        says = f"no velocity limit is known of {endless}; give limits={{'v_max': ...}}"
+        found.append(warning(says, "limits"))
     return found + _unit_findings(names, limits, prismatic)
 
 

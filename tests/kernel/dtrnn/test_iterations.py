@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dtrnn_cap import feasible_qp
 from random_qps import FEASIBLE, INFEASIBLE, feasible, infeasible
 
 from ftqp.kernel.dtrnn.iterations import (
@@ -158,6 +159,15 @@ def test_every_infeasible_qp_is_called_so_by_every_method(kind):
         for options in ({}, *({"method": method, "scaling": False, "gamma": 1.0, "max_iterations": 20_000}
                               for method in ("94lvi", "e47"))):  # fmt: skip
             assert network.solve(case, **options).claim.name == "INFEASIBLE"
+
+
+def test_an_ill_conditioned_objective_in_a_narrow_box_ends_at_no_cap_and_is_met():
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        qp = feasible_qp(rng, 1e8, 100.0)
+        found = network.solve(qp, max_iterations=100)
+        assert found.claim.name == "SOLVED" and found.status.name == "SOLVED"
+        np.testing.assert_allclose(found.x, solve(qp).x, atol=1e-6)
 
 
 def test_the_gap_bounds_the_distance_from_the_optimum():

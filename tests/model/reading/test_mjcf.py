@@ -105,6 +105,12 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres():
     assert robot.has_inertia
 
 
+def test_joints_of_which_no_speed_is_known_are_one_finding():
+    (said,) = [one for one in map(str, Robot.from_mjcf(arm()).findings) if "velocity limit" in one]
+    assert said == "no velocity limit is known of a, b; give limits={'v_max': ...}"
+    assert "velocity limit" not in sentences(arm())
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -49,68 +49,13 @@ from ftqp.kernel.maths.linear_systems import (
 )
 from ftqp.kernel.maths.symmetric_eigen import extreme_eigenvalues, gram
 
-STEADY = 1e-2
-"""Largest change of e in a step, as a share of e, that counts as a straight stretch at first ..."""
-STRICTER = 0.1
-"""... and the factor on that share after a stretch that made |e| larger."""
-NEARLY = 0.99
-"""Share of the way to the next bound that is taken. Short of it, so that rounding takes no component past its
-bound."""
-
-
-@jit
-def _to_next_side(w: float, rate: float, low: float, high: float) -> float:
-    """How many steps until w, moving by ``rate`` a step, passes an end of [low, high]."""
-    least = inf
-    if rate != 0.0:
-        for bound in (low, high):
-            steps = (bound - w) / rate
-            if 0.0 < steps < least:
-                least = steps
-    return least
-
-
-@jit
-def drift(net: Network, gamma: float, steady: float) -> bool:
-    """Take all steps of the implicit method up to the next change of an active bound, when they are alike.
-
-    While no w = u - (Gamma u + z) passes a bound, e changes with u by (Gamma d)_i inside and by d_i at a
-    bound. Where a step d = -gamma (I + Gamma)^-1 e hardly changes e, the next one is nearly d again, and so
-    on, often for thousands of steps: a multiplier has to grow by |d| a step until the next bound gives way.
-    Then u <- u + t d, with t d short of the first change of a side and t |change of e| <= |e|: this is the
-    method's own path, walked faster.
-    Source: docs/theory/recurrent-network.md, "Straight stretches".
-    """
-    N = len(net.u)
-    d = net.direction
-    size, change = 0.0, 0.0
-    for i in range(N):
-        d[i] = -gamma * net.e[i]
-        size = max(size, abs(net.e[i]))
-    lu_solve(net.factor, N, net.pivots, d)
-    steps = inf
-    for i in range(N):
-        row = net.Gamma[i]
-        s = plus_products(0.0, row, d, N)
-        w = net.u[i] - net.F[i]
-        inside = w > net.low[i] and w < net.high[i]
-        change = max(change, abs(s) if inside else abs(d[i]))
-        steps = min(steps, _to_next_side(w, d[i] - s, net.low[i], net.high[i]))
-    steps = min(steps, size / change if change > 0.0 else inf)
-    if not (change <= steady * size and 2.0 < steps < inf):
-        return False
-    for i in range(N):
-        net.u[i] += NEARLY * steps * d[i]
-    return True
-
-
 JUMP_EVERY = 5
 """Iterations between two Newton jumps."""
 CERTIFICATE_EVERY, PAPER_CERTIFICATE_EVERY = 50, 500
 """Iterations between two looks for a certificate of infeasibility."""
 PATIENCE = 50
-"""Iterations, outside paper mode, after which jumps are long ones, and a warm start is given up for zero:
-huge multipliers of another QP take the network longer to lose than to find its own."""
+"""Iterations, outside paper mode, after which a warm start is given up for zero: huge multipliers of another
+QP take the network longer to lose than to find its own."""
 
 
 @jit
@@ -215,8 +160,8 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
 
     Outside paper mode a jump comes first: while the active bounds are those of the start, or few Newton steps
     away, it is enough, and neither the scaling nor I + Gamma is needed. Later ones come every fifth
-    iteration, as do looks for a straight stretch (``drift``). An accepted jump or a stretch counts as an
-    iteration.
+    iteration; one that is refused is tried once more after ``approach``, and where that finds nothing, it
+    comes again after twice as many iterations. Each time counts as an iteration.
     """
     early = o.newton and not o.paper
     if early:
@@ -224,7 +169,7 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
         rescale(net, s, q)
     else:
         _prepare(net, o)
-    warm, steady = False, STEADY
+    warm, again = False, o.cap + 1 if o.paper else 0
     often = PAPER_CERTIFICATE_EVERY if o.paper else CERTIFICATE_EVERY
     for i in range(len(net.u)):
         warm = warm or net.u[i] != 0.0
@@ -245,7 +190,7 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
             net.u[:] = 0.0
             size = residual(net, net.u)
         if o.newton and k % JUMP_EVERY == 0:
-            if jump(net, o, size, k >= PATIENCE and not o.paper):
+            if jump(net, o, size):
                 if k < len(trace):
                     trace[k, 3] = 1.0
                 size = residual(net, net.u)
@@ -253,12 +198,13 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
             if early:
                 early = False
                 _prepare(net, o)
+            elif k >= again:
+                if approach(net):
+                    jump(net, o, residual(net, net.u))
+                    size = residual(net, net.u)
+                    continue
+                again = 2 * k
             size = residual(net, net.u)
-            if o.method == IMPLICIT and not o.paper and drift(net, o.gamma, steady):
-                before, size = size, residual(net, net.u)
-                if size > before:
-                    steady *= STRICTER
-                continue
         iterate(net, o.method, o.gamma, size)
         size = residual(net, net.u)
     return MAX_ITERATIONS, o.cap
@@ -270,12 +216,13 @@ ACCEPTED = 0.5
 take long for."""
 STEPS = 6
 """Newton steps of one jump outside paper mode."""
-LONG_STEPS = 4
-"""Most Newton steps of a long jump, in bounds of the network."""
+LONG_STEPS = 20
+"""Most steps to the sides of a QP whose rows yield, in bounds of the network. With 4, 525 of the 1800 QPs of
+``solvers/dtrnn_cap.py`` ended at the cap of iterations."""
 TRIES = 3
-"""Newton steps of a long jump without fewer wrong sides, before only one side is changed at a time."""
+"""Steps there without fewer wrong sides, before only one side is changed at a time."""
 YIELDING = 1e-8
-"""Compliance of hard rows in a long jump, relative to the QP's own magnitude."""
+"""Compliance of hard rows there, relative to the QP's own magnitude."""
 
 
 @jit
@@ -344,31 +291,7 @@ def _solve_unknowns(net: Network, count: int) -> None:
 
 
 @jit
-def regularise(net: Network) -> None:
-    """Let hard rows yield a little: YIELDING |A|_F^2/(rows tr W) on their diagonal, until removed."""
-    primal = net.variables + net.slacks
-    trace, norm = 0.0, 0.0
-    for i in range(net.variables):
-        trace += net.Gamma[i, i]
-        for k in range(net.rows):
-            norm += net.Gamma[primal + k, i] * net.Gamma[primal + k, i]
-    soft = YIELDING * norm / (max(net.rows, 1) * (trace if trace > 0.0 else 1.0)) + 1e-300
-    for k in range(primal, primal + net.rows):
-        net.side[k] = 0.0 if net.Gamma[k, k] > 0.0 else 1.0  # nobody else's: rows have no sides
-        if net.side[k] != 0.0:
-            net.Gamma[k, k] = soft
-
-
-@jit
-def remove_regularisation(net: Network) -> None:
-    """Undo ``regularise``."""
-    for k in range(net.variables + net.slacks, len(net.u)):
-        if net.side[k] != 0.0:
-            net.Gamma[k, k] = 0.0
-
-
-@jit
-def right_sides(net: Network, v: Any) -> None:
+def right_sides(net: Network, v: Any) -> bool:
     """The Newton point whose sides are its own, into ``trial``, for rows that are all compliant.
 
     Newton steps from v; while the number of wrong sides does not fall, only the last of them is changed.
@@ -381,31 +304,18 @@ def right_sides(net: Network, v: Any) -> None:
     for k in range(STEPS + LONG_STEPS * bounds):
         wrong = _change_sides(net, v if k == 0 else net.trial, k == 0, tries == 0)
         if wrong == 0:
-            break
+            return k > 0
         if k > 0 and wrong < fewest:
             fewest, tries = wrong, TRIES
         elif tries > 0:
             tries -= 1
         _solve_unknowns(net, _unknowns(net))
         residual(net, net.trial)
-
-
-@jit
-def _newton_steps(net: Network, o: Options, v: Any, size: float) -> bool:
-    """Newton steps from v, its F in the network, until ``trial`` is worth a jump; False when none is."""
-    net.side[: net.variables + net.slacks] = 2.0
-    for k in range(1 if o.paper else STEPS):
-        if _change_sides(net, v if k == 0 else net.trial, k == 0, False) == 0:
-            return False
-        _solve_unknowns(net, _unknowns(net))
-        found = residual(net, net.trial)
-        if found < ACCEPTED * size if o.paper else is_solved(net, o, net.trial, found):
-            return True
     return False
 
 
 @jit
-def jump(net: Network, o: Options, size: float, long: bool) -> bool:
+def jump(net: Network, o: Options, size: float) -> bool:
     """Replace u by a Newton point u^, or leave it alone: whether it was replaced.
 
     With w = u - (Gamma u + z):  u^_i = the bound beyond which w_i lies,  (Gamma u^ + z)_i = 0 for the others.
@@ -415,23 +325,58 @@ def jump(net: Network, o: Options, size: float, long: bool) -> bool:
     thousands of iterations. Either way the base method converges as without jumps. F and e are those of the
     last u^, taken or not.
 
-    A long jump finds the sides of the QP whose hard rows yield a little, which always ends, and steps on from
-    there.
-
     Source: docs/theory/recurrent-network.md, "Newton jumps".
     """
-    if long:
-        regularise(net)
-        residual(net, net.u)
-        right_sides(net, net.u)
-        remove_regularisation(net)
-        residual(net, net.trial)
-        found = _newton_steps(net, o, net.trial, size)
-    else:
-        found = _newton_steps(net, o, net.u, size)
-    if found:
-        assign(net.u, net.trial, len(net.u))
+    net.side[: net.variables + net.slacks] = 2.0
+    for k in range(1 if o.paper else STEPS):
+        if _change_sides(net, net.u if k == 0 else net.trial, k == 0, False) == 0:
+            return False
+        _solve_unknowns(net, _unknowns(net))
+        found = residual(net, net.trial)
+        if found < ACCEPTED * size if o.paper else is_solved(net, o, net.trial, found):
+            assign(net.u, net.trial, len(net.u))
+            return True
+    return False
+
+
+@jit
+def yielding_solution(net: Network, pull: float) -> bool:
+    """Into ``trial`` the solution of the QP whose hard rows yield a little; whether it was found.
+
+    A x + c (y - pull y_u) = b, c = YIELDING |A|_F^2/(rows tr W), with y_u the multipliers of u.
+    """
+    primal, N = net.variables + net.slacks, len(net.u)
+    trace, norm = 0.0, 0.0
+    for i in range(net.variables):
+        trace += net.Gamma[i, i]
+        for k in range(net.rows):
+            norm += net.Gamma[primal + k, i] * net.Gamma[primal + k, i]
+    soft = YIELDING * norm / (max(net.rows, 1) * (trace if trace > 0.0 else 1.0)) + 1e-300
+    for k in range(primal, N):
+        net.side[k] = 0.0 if net.Gamma[k, k] > 0.0 else 1.0  # nobody else's: rows have no sides
+        if net.side[k] != 0.0:
+            net.Gamma[k, k] = soft
+            net.z[k] -= soft * pull * net.u[k]
+    residual(net, net.u)
+    found = right_sides(net, net.u)
+    for k in range(primal, N):
+        if net.side[k] != 0.0:
+            net.Gamma[k, k] = 0.0
+            net.z[k] += soft * pull * net.u[k]
     return found
+
+
+@jit
+def approach(net: Network) -> bool:
+    """Replace u by a step of the method of multipliers from it, or leave it alone: whether it was replaced.
+
+    The step's multipliers are no farther from any solution's than those of u.
+    Source: Rockafellar 1976; docs/theory/recurrent-network.md, "The method of multipliers".
+    """
+    if not (yielding_solution(net, 1.0) and residual(net, net.trial) < inf):
+        return False
+    assign(net.u, net.trial, len(net.u))
+    return True
 
 
 SHARE = 0.5
@@ -539,10 +484,7 @@ def proven_infeasible(net: Network) -> bool:
     x, y = net.trial, net.e
     for attempt in range(4):
         if attempt == 2:
-            regularise(net)
-            residual(net, net.u)
-            right_sides(net, net.u)
-            remove_regularisation(net)
+            yielding_solution(net, 0.0)
         for j in range(primal):
             x[j] = min(max(net.u[j] if attempt < 2 else x[j], net.low[j]), net.high[j])
         if attempt == 1 or attempt == 3:
