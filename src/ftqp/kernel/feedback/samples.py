@@ -32,7 +32,15 @@ from ftqp.kernel.layout.enums import (
     VELOCITY_DRIVE,
 )
 from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, MOST_TICKS
-from ftqp.kernel.maths.elementary import any_of, has_last_row, is_finite, larger, smaller, whole_turns
+from ftqp.kernel.maths.elementary import (
+    any_of,
+    has_last_row,
+    is_finite,
+    larger,
+    select,
+    smaller,
+    whole_turns,
+)
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, load_lanes, store_lanes
 
 SPEED_SHARE = 1.3
@@ -204,9 +212,9 @@ def _comes_mistimed(K: Any, i: int, then: int, v: float) -> bool:
 
 @jit
 def _shows_last_wrong(K: Any, i: int, sigma: float, sample: float, v: float) -> bool:
-    """Whether a sample follows upon the good one before the last, and not upon that: the last was wrong.
+    """Whether a sample goes on from the last ones that went with each other, and not from the last good one.
 
-    A sensor that has jumped stays where it is.
+    That was wrong then. A sensor that has jumped stays where it is.
     """
     feedback, last = K.feedback, K.feedback.good[i]
     feedback.good[i] = feedback.foretold[i]
@@ -365,7 +373,9 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     judged = judged and (K.monitor.found[i] != 0 or (healthy and K.chain.lead[i] == i))
     feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost, not judged)
     if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):
-        feedback.foretold[i] = feedback.good[i] + feedback.age[i] * state.dt * v
+        way, seen = feedback.age[i] * state.dt * v, feedback.good[i]
+        room = SIGMAS * sigma + ROOM + min(feedback.increment[i], COARSEST)
+        feedback.foretold[i] = way + (seen if abs(sample - seen - way) <= room else feedback.foretold[i])
         feedback.seen[i] = feedback.good[i] = sample
         feedback.offset[i] = sample - past.q[then, i]
         feedback.age[i] = 0
@@ -399,8 +409,8 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     fixed = SIGMAS * _noise(K, load_lanes(K.held.usual, at)) + ROOM
     fixed += smaller(load_lanes(feedback.increment, at), COARSEST)
     room = SPEED_SHARE * dt * top + dt * dt * load_lanes(limits.a_max, at) + fixed
-    foretold = load_lanes(feedback.good, at) + dt * v
-    off = abs(sample - foretold)
+    way, good = dt * v, load_lanes(feedback.good, at)
+    off = abs(sample - good - way)
     if not all_of((off <= room) & (abs(sample) < inf)):
         return False
     noisy = feedback.sigma > 0.0
@@ -409,8 +419,9 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
         if any_of(repeat_oddly(state, feedback, at, sample, asked, noisy)):
             return False
         learn_block(state, feedback, at, sample, asked)
-    store_lanes(feedback.jump, at, sample - foretold)
-    store_lanes(feedback.foretold, at, foretold)
+    store_lanes(feedback.jump, at, sample - good - way)
+    before = select(off <= fixed, good, load_lanes(feedback.foretold, at))
+    store_lanes(feedback.foretold, at, way + before)
     store_lanes(feedback.seen, at, sample)
     store_lanes(feedback.good, at, sample)
     store_lanes(feedback.offset, at, sample - q)

@@ -234,16 +234,30 @@ def _torques(K: Any) -> None:
 
 
 @jit
-def _held(state: Any, limits: Any, feedback: Any, i: int, off: float, lead: float, hold: float) -> float:
-    """v_r + c a_r + k_q e + k_q^2/8 int e, within the limit: a load unknown to a servo makes it slip.
+def _stops_inside(K: Any, i: int, side: float) -> float:
+    """How fast joint i may be sent to a side, so that it still comes to rest in its range.
 
-    The integral part is never more than brings v to the limit, so that it does not wind up.
+    A servo that lags by T, the longest that is likely, moves it on by T v^ once it is sent nothing more, and
+    that place goes at the speed that is sent: v^2 <= 2 a (q_max - q^ - T v^), within the speed limit.
     """
-    top = limits.v_max[i]
-    asked = state.v_command[i] + lead + hold * off
-    wound = feedback.wound[i] + 0.125 * hold * hold * state.dt * off
-    feedback.wound[i] = min(max(wound, min(-top - asked, 0.0)), max(top - asked, 0.0))
-    return min(max(asked + feedback.wound[i], -top), top)
+    limits, feedback = K.limits, K.feedback
+    rests = feedback.q_hat[i] + K.monitor.response[i] * feedback.v_hat[i]
+    left = limits.q_max[i] - rests if side > 0.0 else rests - limits.q_min[i]
+    return float(min(limits.v_max[i], sqrt(2.0 * limits.a_brake[i] * max(left, 0.0))))
+
+
+@jit
+def _held(K: Any, i: int, off: float) -> float:
+    """v_r + c a_r + k_q e + k_q^2/8 int e, within its bounds: a load unknown to a servo makes it slip.
+
+    The integral part is never more than brings v to a bound, so that it does not wind up.
+    """
+    feedback, hold = K.feedback, held_by(K, i)
+    asked = K.state.v_command[i] + ahead(K, i) + hold * off
+    low, high = -_stops_inside(K, i, -1.0), _stops_inside(K, i, 1.0)
+    wound = feedback.wound[i] + 0.125 * hold * hold * K.state.dt * off
+    feedback.wound[i] = min(max(wound, min(low - asked, 0.0)), max(high - asked, 0.0))
+    return float(min(max(asked + feedback.wound[i], low), high))
 
 
 @jit
@@ -262,20 +276,6 @@ def _creep(limits: Any, feedback: Any, held: Any, i: int) -> float:
 
 
 @jit
-def _stops_inside(K: Any, i: int, v: float) -> float:
-    """v, if joint i still comes to rest in its range after it: v^2 <= 2 a (q_max - q^ - T v^).
-
-    A servo that lags by T moves the joint on by T v^ once it is sent nothing more, and that place goes at the
-    speed that is sent. T is the longest that is likely.
-    """
-    limits, feedback = K.limits, K.feedback
-    rests = feedback.q_hat[i] + K.monitor.response[i] * feedback.v_hat[i]
-    left = limits.q_max[i] - rests if v > 0.0 else rests - limits.q_min[i]
-    most = sqrt(2.0 * limits.a_brake[i] * max(left, 0.0))
-    return min(max(v, -most), most)
-
-
-@jit
 def _speed(K: Any, i: int) -> float:
     """What is sent to joint i of an arm that takes velocities."""
     state, limits, feedback, past = K.state, K.limits, K.feedback, K.past
@@ -284,7 +284,7 @@ def _speed(K: Any, i: int) -> float:
     if feedback.bad[i]:
         return _faded(state, limits, i, feedback.bent[i])
     off = past.q[slot(feedback, feedback.latency), i] - feedback.q_hat[i]
-    return _stops_inside(K, i, _held(state, limits, feedback, i, off, ahead(K, i), held_by(K, i)))
+    return _held(K, i, off)
 
 
 @part_jit

@@ -65,7 +65,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     good  f8[N]  last good ones, ``age`` ticks old, ``offset`` from the reference
     raw  f8[N]  what was measured last, ``same`` times in a row more, while the reference went ``moved``
     offset  f8[N]
-    foretold  f8[N]  where the last good one was expected by the one before
+    foretold  f8[N]  where the last good one was expected by those that went with each other
     spent  f8[N]  patience that bad samples have cost
     q_hat v_hat d_hat d_slow q_now v_now q_sent v_sent tau_sent h  f8[N]
     wound  f8[N]  integral part of a velocity arm's hold

@@ -81,20 +81,20 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     z_lock = _of_a_lock(K, i)
     sharp = _gain(K, z_lock, M.z_sharp_old[i]) if counts else 0.0
     _sum(M.G, i, gain, M.top)
-    if M.G[i] == 0.0:  # where it was last zero a change began: what was learned since is taken back
-        if M.found[i] == 0:
-            M.began[i] = K.state.ticks
-        if (K.state.ticks - M.safe_at[i]) * K.state.dt > HIDES:
-            M.safe_at[i] = K.state.ticks
-            for r in range(SERVO):
-                M.safe[1, i, r], M.safe[0, i, r] = M.safe[0, i, r], theta[r]
-                for c in range(SERVO):
-                    M.safe_P[1, i, r, c], M.safe_P[0, i, r, c] = M.safe_P[0, i, r, c], P[r, c]
+    # where it was last zero a change began: what was learned since is taken back
+    if M.G[i] == 0.0 and (K.state.ticks - M.safe_at[i]) * K.state.dt > HIDES:
+        M.safe_at[i] = K.state.ticks
+        for r in range(SERVO):
+            M.safe[1, i, r], M.safe[0, i, r] = M.safe[0, i, r], theta[r]
+            for c in range(SERVO):
+                M.safe_P[1, i, r, c], M.safe_P[0, i, r, c] = M.safe_P[0, i, r, c], P[r, c]
     d = M.means[0, i] - M.anchor[i]  # a joint that stands has not moved since
     blur = 4.0 * noise_of(K, i) / M.every + GEAR * GEAR
     _sum(M.G_lock, i, sharp - 0.5 * d * d / blur, M.top)
     if M.G_lock[i] == 0.0:
         M.anchor[i] = M.means[0, i]
+        if M.G[i] == 0.0 and M.found[i] == 0:
+            M.began[i] = K.state.ticks
     # a motor that is off: the torque that its motion would need, m a + f + b + s g + i M a, is none
     M.phi[0], M.phi[1], M.phi[2] = 0.0, M.a[i], direction(M.v[i], creep_of(K, i))
     M.phi[3], M.phi[4], M.phi[5] = 1.0, M.weight[i], M.inertia[i]

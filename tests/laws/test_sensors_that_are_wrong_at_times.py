@@ -1,0 +1,52 @@
+"""Encoders of which some numbers are wrong, or all are noisy from the first one on: the arm goes on."""
+
+import numpy as np
+import pytest
+from tests.going import started
+from tests.servo_arm import ServoArm, TorqueArm
+
+import ftqp
+
+PANDA = ftqp.robots.load("panda")
+DT, JOINT, SHARE, SIZE, FROM = 1e-3, 3, 0.2, 0.02, 0.3
+ARMS = {
+    "position": lambda: ServoArm(PANDA.neutral, DT, takes="position only", wn=60.0),
+    "velocity": lambda: ServoArm(PANDA.neutral, DT, takes="velocity", wn=60.0),
+    "torque": lambda: TorqueArm(PANDA, PANDA.neutral, DT),
+}
+
+
+def led_round(drive, seconds, noise, share):
+    """The planner and how far the true tip ends from its target, after a circle of 6 cm [m]."""
+    arm, rng = ARMS[drive](), np.random.default_rng(5)
+    planner = started(PANDA, dt=DT, at=PANDA.neutral, drive=drive)
+    path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.06, duration=2.0).sample(DT * np.arange(2001))
+    targets = ftqp.Targets(path.pose, path.twist, path.acceleration)
+    for k in range(round(seconds / DT)):
+        q = arm.q + noise * rng.standard_normal(7)
+        if k * DT > FROM and rng.random() < share:
+            q[JOINT] += SIZE * rng.standard_normal()
+        arm.command(planner.step(q, None, targets.at(min(k, 2000))))
+    return planner, np.linalg.norm(PANDA.pose(arm.q)[:3, 3] - path.pose[-1][:3, 3])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("drive", ARMS)
+def test_sensor_of_which_a_fifth_is_wrong_stops_no_arm(drive):
+    """Its scatter let wrong numbers pass, after which true ones were refused, and it counted as lost."""
+    planner, off = led_round(drive, 3.0, 2e-5, SHARE)
+    assert planner.stopped_because is None and not planner.findings
+    assert off < 3e-3
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+def test_noise_of_a_slow_arm_loses_no_sensor_before_it_is_known(drive):
+    """Of an encoder of 0.5 mrad most first numbers were refused, until its noise was learned."""
+    slow = PANDA.with_limits(v_max=np.full(7, 0.2))
+    arm = ServoArm(slow.neutral, DT, takes="velocity" if drive == "velocity" else "position only")
+    rng = np.random.default_rng(1)
+    planner = started(slow, dt=DT, at=slow.neutral, drive=drive)
+    target = ftqp.Target(pose=slow.pose(slow.neutral))
+    for _ in range(300):
+        arm.command(planner.step(arm.q + 5e-4 * rng.standard_normal(7), None, target))
+    assert planner.stopped_because is None and not planner.findings
