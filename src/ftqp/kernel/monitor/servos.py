@@ -604,7 +604,7 @@ def learn_servo(K: Any, i: int) -> None:
         _add_row(P[r], -share * gain[r], gain)
     if stuck:
         theta[FRICTION], P[FRICTION, FRICTION] = friction, doubt
-    elif K.feedback.kind == POSITION_DRIVE and abs(M.sense[i]) < 1.0:  # and it may be more still
+    elif may_stick(K, i) and abs(M.sense[i]) < 1.0:  # and of one that has not gone yet it may be more still
         P[FRICTION, FRICTION] = max(P[FRICTION, FRICTION], doubt)
     if K.feedback.kind == TORQUE_DRIVE:  # no rotor is lighter than none: what falls is no light joint
         theta[1] = max(theta[1], (K.learned.used[i] - K.chain.armature[i]) * M.unit[i])
