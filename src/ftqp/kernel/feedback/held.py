@@ -31,10 +31,10 @@ LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
 """Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
 sample's; what counts of one is at most so many times what was learned, and so much [rad2]; a joint whose
 encoder scatters by more than the last one [rad or m] has a sensor that fails."""
-RISES, FALLS, QUARTER, LEAST = 0.05, 0.15, 3.14, 3e-6
+RISES, FALLS, QUARTER, LEAST, UNKNOWN = 0.05, 0.15, 3.14, 3e-6, 1e-3
 """A quarter of all differences is below what is usual: it rises by the first share where one is above, and
 falls by the second where it is not. Of normal ones a deviation is so many times a quarter; the least of all
-[rad or m] is that of ``LEAST_NOISE``."""
+[rad or m] is that of ``LEAST_NOISE``, and before any was seen and nothing is stated it is the last one."""
 FIRST = 197
 """What is learned of a torque arm's so many first samples is their mean, as of the later ones."""
 FILTER = 0.006
@@ -305,7 +305,7 @@ def watch_arm(K: Any, first: bool) -> None:
         if first:
             for i in range(K.chain.n):
                 held.sigma[i] = feedback.sigma
-                held.usual[i] = feedback.sigma if feedback.sigma > 0.0 else NOISIEST
+                held.usual[i] = feedback.sigma if feedback.sigma > 0.0 else UNKNOWN
         return
     held.since += K.state.dt
     if K.state.unusable == NOTHING_HEARD or is_blind(feedback):
