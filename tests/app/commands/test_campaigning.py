@@ -204,6 +204,13 @@ def test_bundled_campaign_can_be_drawn():
         assert made.setup(0).robot.name
 
 
+@pytest.mark.parametrize("key, has", [("drive.velocty", "position"), ("drives.velocity", "none of that")])
+def test_weight_of_a_bundle_that_there_is_not_is_refused(key, has):
+    """It was taken for a bundle of its own, and the drive that was meant to be left out was drawn."""
+    code, _, errors = campaign("strangers", "--episodes", 1, "--set", f"bundles.{key}.weight=0")
+    assert code == 2 and f"bundles.{key}.weight: there is no such bundle" in errors and has in errors
+
+
 BESIDE = """
 [campaign]
 seed = 5

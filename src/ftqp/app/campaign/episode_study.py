@@ -379,9 +379,27 @@ def quietly() -> Iterator[None]:
         log.setLevel(before)
 
 
+def _bundles(content: Mapping[str, Any]) -> dict[tuple[str, str], Any]:
+    """The bundles of a file by group and name, as far as it has any."""
+    groups = content.get("bundles")
+    return {
+        (group, name): bundle
+        for group, bundles in (groups.items() if isinstance(groups, dict) else ())
+        for name, bundle in (bundles.items() if isinstance(bundles, dict) else ())
+    }
+
+
 def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     """The campaign of a file; its first episodes are drawn to see that one can be run."""
-    found = document.read(source, overrides, kind=KIND)
+    found = document.read(source, kind=KIND)
+    known = set(_bundles(found.content))
+    for key, bundle in _bundles(document.overridden(found, overrides, KIND).content).items():
+        if key not in known and isinstance(bundle, dict) and set(bundle) == {"weight"}:
+            names = ", ".join(name for group, name in sorted(known) if group == key[0])
+            raise ScenarioError(
+                f"--set bundles.{'.'.join(key)}.weight: there is no such bundle in {found.origin}; "
+                f"it has {names or 'none of that group'}"
+            )
     tables = read(CampaignFile, found.content, f"{found.origin} has errors:")
     bundles, sentences = with_files(tables.bundles, found.origin)
     tables = replace(tables, bundles=bundles)
