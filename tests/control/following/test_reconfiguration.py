@@ -206,6 +206,12 @@ def test_path_through_what_is_out_of_reach_is_passed_by_within_what_it_may_be_le
     assert "the end effector within 5 mm of its path" in leader.blocked
 
 
+def test_bridge_goes_past_what_no_posture_goes_through():
+    leader, q = round_a_hole(4e-3, bridges=True)
+    status, _, seen, _ = went(leader, q, 30.0)
+    assert status is STATUS.DONE and STATUS.BRIDGING in seen
+
+
 def eleven_joints(locked=(1, 8, 10), **given):
     """The 11-joint arm on its line with joints 2, 9 and 11 locked, which blocks it at nine tenths."""
     robot = ftqp.robots.load("modular11")

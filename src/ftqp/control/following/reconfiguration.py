@@ -268,11 +268,10 @@ class Reconfiguration:
             return
         if (yield from self._joined([one for one in found if one.gain < best])):
             return
-        if 0.0 < self._leave < np.inf:
-            behind = []
-            for place in range(count // 32, count, max(1, count // 32)):
-                behind += yield from self._postures(ways, place, PASSING_STARTS)
-            yield from self._joined(behind)
+        behind = []
+        for place in range(count // 32, count, max(1, count // 32)):
+            behind += yield from self._postures(ways, place, PASSING_STARTS)
+        yield from self._joined(behind)
 
     def _left(self, ways: Ways) -> int:
         """Looks that are left in this tick."""
