@@ -198,8 +198,8 @@ def test_path_through_what_is_out_of_reach_is_passed_by_within_what_it_may_be_le
     assert status is STATUS.BLOCKED and off < 2e-3
     leader, q = round_a_hole(leave=0.03)
     status, off, seen, _ = went(leader, q, 30.0)
-    assert status is STATUS.DONE and STATUS.BRIDGING in seen
-    assert 5e-3 < off < 0.03
+    assert status is STATUS.DONE and STATUS.PASSING in seen and STATUS.BRIDGING not in seen
+    assert 5e-3 < off < 0.015  # the line is 10 mm inside of the hole
     leader, q = round_a_hole(leave=5e-3)
     status, off, _, _ = went(leader, q, 20.0)
     assert status is STATUS.BLOCKED and off < 5e-3
@@ -209,7 +209,26 @@ def test_path_through_what_is_out_of_reach_is_passed_by_within_what_it_may_be_le
 def test_bridge_goes_past_what_no_posture_goes_through():
     leader, q = round_a_hole(4e-3, bridges=True)
     status, _, seen, _ = went(leader, q, 30.0)
-    assert status is STATUS.DONE and STATUS.BRIDGING in seen
+    assert status is STATUS.DONE and STATUS.BRIDGING in seen and STATUS.PASSING not in seen
+
+
+@pytest.mark.parametrize(("beyond", "ended"), [(5e-3, STATUS.DONE), (0.015, STATUS.BLOCKED)])
+def test_end_out_of_reach_is_come_as_near_to_as_the_arm_can_beside_its_path(beyond, ended, level):
+    robot = ftqp.robots.load("planar", lengths=(0.5, 0.3), continuous=True)
+    start = np.array([0.6, -0.4])
+    q = ftqp.postures(robot, start)[0].q.copy()
+    goal = robot.pose(q).copy()
+    goal[:2, 3] = (0.8 + beyond) * np.array([np.cos(0.7), np.sin(0.7)])
+    left = {}
+    for leave in (0.0, 0.06):
+        planner = started(robot, DT, level=level, task=ftqp.Task(mode="scaled"), at=q)
+        path = ftqp.paths.PointToPoint(robot.pose(q), goal, duration=4.0)
+        leader = ftqp.PathFollower(planner, path, leave=leave)
+        rows, seen = follow(leader, q)
+        left[leave] = np.linalg.norm(robot.pose(rows[-1])[:3, 3] - goal[:3, 3])
+        assert (STATUS.PASSING in seen) == (leave > 0.0)
+        assert seen[-1] is (ended if leave > 0.0 else STATUS.BLOCKED)
+    assert left[0.06] < beyond + 1e-4 and left[0.0] > 1.3 * beyond
 
 
 def eleven_joints(locked=(1, 8, 10), **given):

@@ -103,8 +103,8 @@ class PlannerTable(Table):
     )
     leave: float | None = setting(
         None,
-        "how far the end effector may leave a blocked path to go on from another posture, for reference = "
-        "'progress'; if absent, anywhere with bridges and not at all without",
+        "how far the end effector may leave a blocked path, to go on near it or from another posture, for "
+        "reference = 'progress'; if absent, anywhere with bridges and not at all without",
         unit="m",
         least=0.0,
     )

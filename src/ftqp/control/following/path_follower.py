@@ -10,7 +10,7 @@ import numpy as np
 
 from ftqp.control.following.blockage import Blockage
 from ftqp.control.following.path_intervals import path_table
-from ftqp.control.following.reconfiguration import Reconfiguration, fewer_rows_hold
+from ftqp.control.following.reconfiguration import KEPT, Reconfiguration, fewer_rows_hold
 from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
@@ -29,8 +29,9 @@ STANDS = 0.01
 """A mean rate below this is none: the path stands."""
 LIMITED = 0.5
 """A rate that the path's next jump holds below this is no stall, unless it is below this share of that."""
-FOUND, ON_THE_SPOT = -1, -2
-"""Stand for a pattern where the kernel has found a way past a singularity, and where a search has."""
+FOUND, ON_THE_SPOT, PASSING = -1, -2, -3
+"""Stand for a pattern where the kernel has found a way past a singularity, where a search has, and where the
+tip goes on as near to its path as it can."""
 ON_TASK = (OK, RELAXED, SCALED)
 """Codes of steps that attempt the task: a stop is no stall."""
 
@@ -55,6 +56,7 @@ class PathStatus(Enum):
     ESCAPING = "the path has stalled; the joints are moving on the spot to find a way on"
     BLOCKED = "the path is blocked; the end effector waits on it until resume() or reset()"
     DONE = "the path is finished"
+    PASSING = "the path cannot be kept; the end effector goes on as near to it as it can"
     BRIDGING = "the path is blocked; another posture from which it goes on is looked for, or gone to"
     FEWER_ROWS = "the path is followed in fewer rows of its task, as all of them cannot be held"
 
@@ -93,8 +95,10 @@ class PathFollower:
             end effector waits on the path. For processes that must not be left, such as welding, leave it
             off.
         leave: How far the end effector may leave the path meanwhile, from 0 [m]: it stays within so much of
-            the part that it has come, and its rotation within so much over the characteristic length. None is
-            anywhere with bridges and 0, not at all, without. The less it may, the fewer blocked paths go on.
+            its path, and its rotation within so much over the characteristic length. With a length it first
+            goes on as near to the path as it can, within 0.8 of the emergency stop's thresholds, and comes
+            back to it; a bridge is looked for where that is not enough. None is anywhere with bridges and 0,
+            not at all, without. The less it may, the fewer blocked paths go on.
 
     Raises:
         InputError: The planner has another task mode, the path is too rough, or ``leave`` is no length, or
@@ -216,14 +220,14 @@ class PathFollower:
     @property
     def status(self) -> PathStatus:
         """Where the path stands."""
-        if self._state.progress >= self._duration:
+        if self._state.progress >= self._duration and self._blockage is None:
             return PathStatus.DONE
         if self._bridge is not None and not self._bridge.is_over:
             return PathStatus.BRIDGING
         if self._blockage is not None:
             return PathStatus.BLOCKED
         if self._pattern is not None:
-            return PathStatus.ESCAPING
+            return PathStatus.PASSING if self._pattern == PASSING else PathStatus.ESCAPING
         if self._lead.given_up:
             return PathStatus.FEWER_ROWS
         return PathStatus.SCALED if 0.0 <= self._rate[0] < SCALED_FROM else PathStatus.FOLLOWING
@@ -260,14 +264,19 @@ class PathFollower:
             return
         if state.ahead < LIMITED and self._rate[0] > LIMITED * state.ahead:
             return
-        if self._mean > stall.until or state.progress >= self._duration:
+        ended = state.progress >= self._duration
+        off = self._pattern == PASSING and self._is_off(step, ended)
+        if (self._mean > stall.until or ended) and not off:
             self._stalled = self._stood = 0.0
             self._rest()
             return
         self._stood += self._planner.dt
         if state.found or state.progress > self._stood_at + STANDS * self._standing:
             self._stood, self._stood_at = 0.0, state.progress
-        if self._mean < stall.below and self._lead.given_up:
+        if self._pattern == PASSING:
+            if self._stood > self._standing or ended:
+                self._block(step)
+        elif self._mean < stall.below and self._lead.given_up:
             self._stalled += self._planner.dt  # fewer rows help at once, or the next set goes
             if self._stalled > HELPS_WITHIN:
                 self._block(step)
@@ -279,12 +288,30 @@ class PathFollower:
             self._stalled += self._planner.dt
             state.speed = stall.speed
             if tried >= 1.0 and (self._spots <= 0 or (self._spot is not None and self._spot.is_over)):
+                if self._passes():
+                    return
                 if self._bridges > 0 or not self._goes_on_unasked():
                     self._block(step)
             elif state.found:
                 self._pattern = FOUND
             else:
                 self._try(stall, int(min(tried, 0.999) * len(stall.patterns)))
+
+    def _passes(self) -> bool:
+        """Go on as near to the path as the tip can, where it may leave it by a length; whether it does."""
+        if self._bridges <= 0 or np.isinf(self._leave):
+            return False
+        self._bridges -= 1
+        self._rest()
+        self._pattern, self._stood = PASSING, 0.0
+        self._state.aside = KEPT * self._leave
+        return True
+
+    def _is_off(self, step: Step, ended: bool) -> bool:
+        """Whether the tip is beyond the task's tolerances, or before the path's end goes there or waits."""
+        task = self._planner.task
+        off = step.position_error > task.tolerance or step.rotation_error > task.rotation_tolerance
+        return off or (not ended and (step.code == RELAXED or self._state.left < 1.0))
 
     def _looks_on_the_spot(self) -> bool:
         """Think of a motion on the spot, a piece of it; whether one is there, which is gone from now on."""
@@ -366,4 +393,5 @@ class PathFollower:
         self._blockage = self._bridge = self._spot = self._fewer = None
         self._has_asked = False
         self._state.driven = self._state.found = 0
+        self._state.aside = 0.0
         self._state.speed = 0.0

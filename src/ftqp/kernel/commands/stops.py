@@ -117,6 +117,7 @@ def begin(path: Any) -> None:
     path.progress = 0.0
     path.rate = -1.0
     path.limit = 1.0
+    path.aside = 0.0
     path.speed = 0.0
     path.driven = path.found = 0
 

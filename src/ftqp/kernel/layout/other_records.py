@@ -43,6 +43,7 @@ path  A path that is followed by its progress.
     stop  f8  path time of the next jump of the twist
     end  f8
     limit  f8  largest rate allowed now
+    aside  f8  how far beside the path the tip may go on, 0: it stays on it
     ahead  f8  largest rate from which the arm can stop before the next jump
     left  f8  largest rate beside an error that the feedback no longer corrects
     speed  f8

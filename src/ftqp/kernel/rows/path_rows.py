@@ -51,6 +51,10 @@ FOLLOWS_BEND = 0.02
 The limit depends on what the rate moves: with half of the way both ways the two went to and fro at 2 and 5 ms
 (docs/theory/path-progress.md, "How fast the rate may be")."""
 
+BEFORE_STOP = 0.8
+"""Beside its path the tip goes as far as this share of the emergency stop's thresholds at most, ..."""
+BESIDE_RISE = 0.5
+"""... and the path, which does not wait for it then, comes to its full rate in this time [s]."""
 LEAST_RATE = 0.1
 """Below this rate a joint's motion is not taken for that of the path alone ..."""
 LEAST_SETTLING = 0.01
@@ -178,6 +182,20 @@ def _gain_of_waiting(faults: Any, task: Any, qp: Any, turned: Any, speed: float)
 
 
 @jit
+def _rate_beside(state: Any, task: Any, watch: Any, path: Any) -> float:
+    """The least rate where the tip may be beside its path: min(1, 2 - 2 e), e the error by what it may be.
+
+    Source: docs/theory/ways-out.md, "Beside the path".
+    """
+    room, turn = path.aside, path.aside / task.length
+    if watch.stop_samples > 0:
+        room = min(room, BEFORE_STOP * watch.stop_position)
+        turn = min(turn, BEFORE_STOP * watch.stop_rotation)
+    e = max(watch.last_position_error / room, watch.last_rotation_error / turn)
+    return min(1.0, max(0.0, 2.0 - 2.0 * e), path.rate + state.dt / BESIDE_RISE)
+
+
+@jit
 def rate_variable(K: Any, path: Any) -> None:
     """The variable s: its interval, and its cost between those of the residual and of the rates.
 
@@ -216,6 +234,9 @@ def rate_variable(K: Any, path: Any) -> None:
     draw(qp, n, weight, wanted)
     qp.H[n, n] = weight
     low, high = 0.0, min(path.limit, path.left, path.ahead, in_bend, max(allowed, slowest))
+    if path.aside > 0.0:
+        low = min(_rate_beside(state, K.task, K.watch, path), path.limit, path.ahead, max(allowed, slowest))
+        high = max(low, high)
     pace = sqrt(speed) * (state.dt if state.level == ACCELERATION else 1.0)
     if pace * (path.end - path.progress) < NO_WAY * K.task.length:
         low = max(0.0, high)

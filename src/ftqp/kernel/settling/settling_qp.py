@@ -152,8 +152,8 @@ settling (docs/theory/settling.md, "Paths that wait")."""
 
 @jit
 def waits(K: Any, path: Any) -> bool:
-    """Whether the path is slow, blocked or at its end; the others never pay for settling."""
-    return bool(path.rate < SLOW or path.limit == 0.0 or path.progress >= path.end)
+    """Whether the path is slow, blocked, gone past or at its end; the others never pay for settling."""
+    return bool(path.rate < SLOW or path.limit == 0.0 or path.aside > 0.0 or path.progress >= path.end)
 
 
 @jit

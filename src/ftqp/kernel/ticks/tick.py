@@ -268,7 +268,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     fade_feedback(K, path)
     K.cascade.stage = SETTLING_STAGE if settling else MAIN_STAGE
     assign(task.asked, qp.b, task.m)
-    ratio = task.slack_ratio if settling or blocked else STIFFNESS
+    ratio = task.slack_ratio if settling or blocked or path.aside > 0.0 else STIFFNESS
     compliance(task, K.terms, K.chain, qp, K.turned, ratio)
     rate_variable(K, path)
     if settling:
