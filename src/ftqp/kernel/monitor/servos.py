@@ -450,7 +450,7 @@ def _come_loose(M: Any, i: int) -> float:
     as_before(M, i)
     for k in range(SERVO):
         change -= phi[k] * theta[k]
-    held = M.u_f[2, i] - M.y_f[2, i]
+    held = M.u_f[2, i] - M.asked[i]
     M.P[i, FRICTION, FRICTION] = max(M.P[i, FRICTION, FRICTION], held * held)
     M.G[i] = M.G_lock[i] = M.G_free[i] = 0.0
     return change
@@ -497,7 +497,8 @@ def residual(K: Any, i: int) -> None:
     for k in range(SERVO):
         r -= phi[k] * theta[k]
     if M.fades == 0.0:
-        if M.G[i] > 0.0 and phi[FRICTION] * r > 0.0 and abs(M.sense[i]) == 1.0 and may_stick(K, i):
+        begins = M.rests[i] and abs(M.sense[i]) == 1.0 and phi[FRICTION] * r > 0.0
+        if begins and M.G[i] > 0.0 and may_stick(K, i):
             r += _come_loose(M, i)
         if not by_torque:
             r = _friction_at_rest(M, i, r)

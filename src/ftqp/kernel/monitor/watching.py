@@ -38,6 +38,8 @@ def _look(K: Any, i: int, known: bool) -> None:
     residual(K, i)
     if is_strained(K, i):
         M.blind[i] = ticks_to_settle(K, i)
+    if M.settles > 0 and M.found[i] == 0 and M.v[i] * (M.u_f[1, i] - M.u_f[2, i]) <= 0.0:
+        M.place[i] = M.y_f[2, i]  # its load draws it, which does not show that it goes where it is sent
     counts = works(K, i) and K.held.on == 0 and M.blind[i] == 0 and K.feedback.thrown == 0.0
     by_torque = K.feedback.kind == TORQUE_DRIVE
     if by_torque and not known:  # an unreported load is estimated first
