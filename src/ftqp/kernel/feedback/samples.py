@@ -152,7 +152,7 @@ def _is_possible(
 
     sigma was stated or learned, whatever is more, and an encoder's step goes beside it. Or with the speed
     that was observed in the place of v_r: a joint that does not obey is seen, too. After an impact at the
-    end of a range it is 30 rad/s in the place of v_max for 100 ms.
+    end of a range it is 30 rad/s in the place of v_max for 100 ms. While nothing was heard it may have stood.
     """
     dt = state.dt
     if not is_finite(sample):
@@ -170,6 +170,8 @@ def _is_possible(
     room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * sigma + ROOM
     room += min(feedback.increment[i], COARSEST)
     way = sample - feedback.good[i]
+    if feedback.unheard > 0.0 and abs(way) <= room:
+        return True
     return abs(way - t * v) <= room or abs(way - t * feedback.v_hat[i]) <= room  # as sent, or as it was seen
 
 
