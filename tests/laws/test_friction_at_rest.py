@@ -1,4 +1,4 @@
-"""Friction holds a joint that works: of a position servo nobody described it, of a torque arm the model did."""
+"""Friction holds a joint that works, behind a position servo or on a torque arm: it is not called locked."""
 
 import numpy as np
 import pytest
