@@ -1,7 +1,9 @@
-"""Friction of a joint behind a position servo that nobody described: it sticks, turns round, and works."""
+"""Friction holds a joint that works, behind a position servo or on a torque arm: it is not called locked."""
 
 import numpy as np
 import pytest
+from tests.going import started
+from tests.servo_arm import TorqueArm
 
 import ftqp
 from ftqp.sim.plants.joint_servo import Gains, GainServo
@@ -54,3 +56,18 @@ def test_joint_that_its_load_draws_down_at_the_start_has_not_shown_its_friction(
         plant.advance(planner.step(plant.q + 2e-5 * rng.standard_normal(7), None, target))
     assert not planner.findings and planner.stopped_because is None
     assert np.linalg.norm(robot.pose(plant.q)[:3, 3] - path.pose[-1][:3, 3]) < 1e-3
+
+
+@pytest.mark.long
+def test_joint_of_a_torque_arm_that_the_friction_of_its_model_holds_is_not_called_locked():
+    """A third of its torque limit holds it one way and then the other, while the arm goes round."""
+    panda, dt, joint = ftqp.robots.load("panda"), 1e-3, 4
+    dry = panda.limits.tau_max / 3.0 * (np.arange(7) == joint)
+    robot = panda.with_friction(coulomb=dry)
+    arm = TorqueArm(robot, robot.neutral, dt, friction=dry, sigma=2e-5)
+    planner = started(robot, dt=dt, at=robot.neutral, drive="torque")
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.06, duration=3.0).sample(dt * np.arange(3001))
+    targets = ftqp.Targets(path.pose, path.twist, path.acceleration)
+    for k in range(3500):
+        arm.command(planner.step(arm.measured(), None, targets.at(min(k, 3000))))
+    assert not planner.findings and planner.stopped_because is None

@@ -14,7 +14,7 @@ from ftqp.model import catalog
 from ftqp.model.payload import Payload
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
-from ftqp.sim.sensors.joint_sensors import Dropped, Frozen, JointSensors, Offset, Scattered
+from ftqp.sim.sensors.joint_sensors import Drifting, Dropped, Frozen, JointSensors, Offset, Scattered
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
@@ -150,7 +150,7 @@ def test_glitch_costs_less_than_a_third_of_a_millimetre(drive, fault):
 LOST = [
     pytest.param(Dropped(joint=2, at=3.0), 0.0, id="dropped"),
     pytest.param(Frozen(joint=3, at=3.0), 1e-4, id="frozen"),
-    pytest.param(Offset(joint=3, at=3.0, size=0.05), 0.0, id="biased"),
+    pytest.param(Drifting(joint=3, at=3.0, rate=5.0), 0.0, id="runs on"),
 ]
 
 

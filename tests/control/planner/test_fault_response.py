@@ -69,7 +69,7 @@ def test_a_healthy_arm_moves_bit_for_bit_as_without_a_detector():
     ("kind", "seen"),
     [
         ("sensor_dropped", lambda k, q: np.where(np.arange(7) == 3, np.nan, q) if k >= 1500 else q),
-        ("sensor_biased", lambda k, q: q + 0.02 * (np.arange(7) == 3) if k >= 1500 else q),
+        ("sensor_biased", lambda k, q: q + (0.02 + 2e-3 * (k - 1500)) * (np.arange(7) == 3) * (k >= 1500)),
     ],
 )
 def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(kind, seen, caplog):

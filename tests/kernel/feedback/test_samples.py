@@ -79,6 +79,20 @@ def test_a_joint_whose_speed_limit_is_lowered_is_still_believed_at_the_speed_tha
     assert arm.loop.bad[joint] == 0
 
 
+@pytest.mark.parametrize("went", [True, False])
+def test_a_joint_may_have_gone_on_or_stood_while_nothing_was_heard(went):
+    """Friction had held it: it was refused, and its sensor counted as lost."""
+    arm = Arm(dt=0.002, speed=0.6, emergency=None)
+    for _ in range(300):
+        arm.tick(arm.q + 1e-5 * np.sin(1e3 * arm.q))
+    joint, stood = int(np.argmax(np.abs(arm.v))), arm.q.copy()
+    for _ in range(30):
+        arm.tick(np.full(3, np.nan))
+    assert abs(arm.q[joint] - stood[joint]) > 0.04
+    arm.tick(arm.q if went else np.where(np.arange(3) == joint, stood, arm.q))
+    assert list(arm.loop.bad[:3]) == [0, 0, 0]
+
+
 @pytest.mark.parametrize("bad", [11, 10])
 def test_patience_ends_after_twenty_milliseconds_of_bad_samples(bad):
     arm = Arm(dt=0.002)

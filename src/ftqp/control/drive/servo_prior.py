@@ -130,6 +130,8 @@ def _fill_monitor(
     if drive.kind == "torque":
         M.stated[:n], M.doubt[:n] = 0.0, TORQUE_PRIOR
         M.doubt[:n, 1] = np.maximum(drive.doubt, LEAST_ROTOR) * M.unit[:n]
+        M.stated[:n, 2] = robot.coulomb * M.unit[:n]  # or the arm has none of it
+        M.doubt[:n, 2] = np.maximum(M.doubt[:n, 2], M.stated[:n, 2])
         if known is not None:
             for at, friction in ((0, known.viscous), (2, known.coulomb)):
                 M.stated[:n, at] = friction * M.unit[:n]

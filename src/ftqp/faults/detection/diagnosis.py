@@ -10,7 +10,7 @@ import numpy as np
 from ftqp.core.errors import unknown
 from ftqp.faults.detection.sight import Sight
 from ftqp.kernel.layout.enums import FaultKind
-from ftqp.kernel.layout.thresholds import LEAST_SPEED, SUSPECTS
+from ftqp.kernel.layout.thresholds import COARSEST, LEAST_SPEED, SUSPECTS
 
 WORDS = {
     FaultKind.LOCKED: "does not move",
@@ -166,6 +166,12 @@ class Diagnosis:
         return {self._names[i]: self._finding(i) for i in np.flatnonzero(codes).tolist()}
 
     @property
+    def jumped(self) -> Mapping[str, Finding]:
+        """Joints that work whose encoder has jumped; by how much is taken from its numbers."""
+        steps = self._K.feedback.step[: len(self._names)]
+        return {self._names[i]: self._jump(i) for i in np.flatnonzero(np.abs(steps) > COARSEST).tolist()}
+
+    @property
     def sight(self) -> Sight | None:
         """What can be noticed now and how fast, in numbers; None where that is not known."""
         return None if self._sight is None else self._sight()
@@ -200,6 +206,19 @@ class Diagnosis:
         if joint not in self.joints:
             raise unknown("joint", joint, "the detector", self._names)
         return self.joints[joint]
+
+    def _jump(self, i: int) -> Finding:
+        """What was found of the encoder of joint i, which works on."""
+        feedback, kind, name = self._K.feedback, FaultKind.SENSOR_BIASED, self._names[i]
+        at, step = float(feedback.step_at[i]) * float(self._K.state.dt), float(feedback.step[i])
+        unit = "m" if self._K.chain.prismatic[i] else "rad"
+        return Finding(
+            joint=name,
+            kinds=frozenset({kind.name.lower()}),
+            sentence=f"{name} {WORDS[kind]} by {step:.3g} {unit}, which is taken from them.",
+            onset=at - float(feedback.patience),
+            detected_at=at,
+        )
 
     def _finding(self, i: int) -> Finding:
         """What was found of joint i."""

@@ -149,7 +149,9 @@ def _go_back(K: Any) -> None:
 
 @jit
 def _weigh(K: Any, i: int, more: float) -> None:
-    """Joint i counts so much heavier from now on: beside a failed joint torques that were fed forward stay.
+    """Joint i counts so much heavier from now on: torques that were fed forward stay.
+
+    So it is beside a failed joint, and as long as what the model lacks is not known yet.
 
     With m = M/(M + more) what was sent made m a, the disturbance beside it is d + (1 - m) a, and what is fed
     forward of it is m d.
@@ -178,7 +180,7 @@ def _apply(K: Any) -> None:
         used = least if learned.rotor[i] > 0.0 else -least
         if gain_reduced(K.feedback, i):
             used = min(used, learned.used[i] + learned.doubt * learned.every * K.state.dt / SUSPECTED_TIME)
-        if K.faults.working < chain.n:
+        if K.faults.working < chain.n or not is_known(K.state, learned):
             _weigh(K, i, used - learned.used[i])
         learned.used[i] = used
         chain.armature[i] = learned.base_armature[i] + used

@@ -27,6 +27,7 @@ from ftqp.kernel.layout.enums import (
     MEASURED,
     NOT_FINITE,
     NOTHING_HEARD,
+    POSITION_DRIVE,
     STOPPED_BY_SENSOR,
     TORQUE_DRIVE,
     VELOCITY_DRIVE,
@@ -109,7 +110,9 @@ def begin(K: Any) -> None:
         feedback.c[k] = feedback.c_rate[k] = feedback.push[k] = feedback.off[k] = 0.0
     for i in range(n):
         q, v = state.q_command[i], state.v_command[i]
-        at = q if anew or not is_finite(state.q[i]) else state.q[i]
+        if anew:
+            feedback.step[i], feedback.step_at[i] = 0.0, -1
+        at = q if anew or not is_finite(state.q[i]) else state.q[i] - feedback.step[i]
         feedback.angle[i] = nan
         feedback.seen[i] = feedback.good[i] = feedback.foretold[i] = at
         feedback.q_hat[i] = feedback.q_now[i] = at
@@ -149,7 +152,7 @@ def _is_possible(
 
     sigma was stated or learned, whatever is more, and an encoder's step goes beside it. Or with the speed
     that was observed in the place of v_r: a joint that does not obey is seen, too. After an impact at the
-    end of a range it is 30 rad/s in the place of v_max for 100 ms.
+    end of a range it is 30 rad/s in the place of v_max for 100 ms. While nothing was heard it may have stood.
     """
     dt = state.dt
     if not is_finite(sample):
@@ -167,6 +170,8 @@ def _is_possible(
     room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * sigma + ROOM
     room += min(feedback.increment[i], COARSEST)
     way = sample - feedback.good[i]
+    if feedback.unheard > 0.0 and abs(way) <= room:
+        return True
     return abs(way - t * v) <= room or abs(way - t * feedback.v_hat[i]) <= room  # as sent, or as it was seen
 
 
@@ -221,6 +226,45 @@ def _shows_last_wrong(K: Any, i: int, sigma: float, sample: float, v: float) -> 
     follows = _is_possible(K.state, K.faults, K.limits, feedback, sigma, i, sample, v)
     feedback.good[i] = last
     return bool(follows)
+
+
+@rare_jit
+def _has_jumped(K: Any, i: int, then: int, sigma: float) -> bool:
+    """Whether the encoder of joint i has jumped and works on: from now on its step is taken from its numbers.
+
+    No joint can go so far in a tick, nor has an encoder such steps, and from then on, for as long as patience
+    lasts, the joint goes as it was sent, a_max t^2 and noise aside. The step is the first of these numbers
+    less where the joint was observed to go.
+    Source: docs/theory/feedback.md, "Samples".
+    """
+    feedback, state, sample = K.feedback, K.state, K.state.q[i]
+    fixed = SIGMAS * sigma + ROOM + min(feedback.increment[i], COARSEST)
+    t = feedback.age[i] * state.dt
+    if feedback.age[i] == 1:
+        known = K.held.sees > 1 and feedback.wide == 0.0 and abs(feedback.moved[i]) <= fixed
+        feedback.jumps[i] = sample - feedback.q_hat[i] - state.dt * feedback.v_hat[i] if known else nan
+    step = feedback.jumps[i]
+    off = sample - step - K.past.q[then, i] - feedback.offset[i]
+    if not (abs(step) > COARSEST and abs(off) <= K.limits.a_max[i] * t * t + fixed):
+        feedback.jumps[i] = nan
+    if not is_finite(feedback.jumps[i]) or t <= feedback.patience + 0.5 * state.dt:
+        return False
+    state.q[i] -= step
+    feedback.angle[i] -= step
+    feedback.raw[i] -= step
+    feedback.step[i] += step
+    feedback.step_at[i] = state.ticks
+    K.monitor.news = 1
+    return True
+
+
+@jit
+def _may_jump(K: Any, i: int) -> bool:
+    """Whether a jump of joint i's encoder can be told from all else that makes its numbers impossible."""
+    feedback = K.feedback
+    works = K.faults.code[K.chain.lead[i]] == HEALTHY and feedback.lost[i] == 0 and K.monitor.names != 0
+    heard = feedback.silent == 0.0 and feedback.unheard == 0.0
+    return bool(works and heard and feedback.kind != POSITION_DRIVE)
 
 
 @jit
@@ -357,6 +401,8 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         possible = _is_possible(state, K.faults, K.limits, feedback, sigma, i, sample, v)
     if not possible and is_finite(sample):
         possible = _comes_mistimed(K, i, then, v) or _shows_last_wrong(K, i, sigma, sample, v)
+    if not possible and _may_jump(K, i) and _has_jumped(K, i, then, sigma):
+        possible, sample = True, state.q[i]
     if healthy or feedback.sigma > 0.0:
         asked = v
         if healthy and feedback.kind == VELOCITY_DRIVE:  # the loop's errors move one that rests
@@ -470,6 +516,9 @@ def believe(K: Any) -> None:
         feedback.thrown = max(0.0, feedback.thrown - K.state.dt)
     elsewhere = _drop_broken_tip(K.task) or state.unusable == NOT_FINITE
     together = faults.movable == faults.working and state.unusable != NOTHING_HEARD
+    if state.unusable != NOTHING_HEARD:
+        for at in range(0, K.chain.n, WIDTH):
+            store_lanes(state.q, at, load_lanes(state.q, at) - load_lanes(feedback.step, at))
     _listen(K, then)
     for at in range(0, K.chain.n, WIDTH):
         store_lanes(past.q[now], at, load_lanes(state.q_command, at))

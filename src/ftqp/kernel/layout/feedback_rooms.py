@@ -86,6 +86,8 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     age  i8[N]
     held  i8[N]  samples that repeat are looked through, see ``ftqp.kernel.feedback.repeats``
     jump  f8[N]  how far samples went beside what was sent since the last good ones
+    step jumps  f8[N]  by how much an encoder that has jumped is off; by how much more it seems to be
+    step_at  i8[N]  the tick at which that was found
     lost bad still known_failed  i8[N]
     asks  i8[N]  for its brake, as ``brakes`` says that the arm has them
     others  i8[N]  memory

@@ -251,7 +251,7 @@ class Detector:
         i, K = self._index(joint), self._working().K
         K.faults.code[i] = HEALTHY
         K.monitor.found[i] = 0
-        K.feedback.lost[i], K.feedback.spent[i] = 0, 0.0
+        K.feedback.lost[i], K.feedback.spent[i], K.feedback.step[i] = 0, 0.0, 0.0
 
     def _index(self, joint: str | int) -> int:
         if self._robot is None:

@@ -79,6 +79,8 @@ class MonitorResponse:
         monitor = self._K.monitor
         monitor.news = 0
         for i, name in enumerate(self._robot.joints):
+            if self._K.feedback.step_at[i] == self._K.state.ticks:
+                self._note_jump(name)
             if monitor.found[i] == monitor.counted[i]:
                 continue
             does = self._loop.respond(i)
@@ -100,13 +102,27 @@ class MonitorResponse:
 
     def _take_back(self, name: str) -> None:
         """A joint goes where it is asked to: it is not locked."""
-        at = float(self._K.state.ticks) * float(self._K.state.dt)
         _LOG.warning("%s follows again. The planner counts on it as healthy from now on.", name)
+        self._end_findings(name)
+        self._withdraw(name)
+
+    def _note_jump(self, name: str) -> None:
+        """A joint's encoder has jumped, and its joint works on; it may as well have jumped back."""
+        self._end_findings(name)
+        jump = self.diagnosis.jumped.get(name)
+        if jump is None:
+            _LOG.warning("The encoder of %s is right again.", name)
+            return
+        _LOG.warning("%s planner.reset(q) believes them again.", jump.sentence)
+        self.findings.append(jump)
+
+    def _end_findings(self, name: str) -> None:
+        """What was found of a joint is the case no more."""
+        at = float(self._K.state.ticks) * float(self._K.state.dt)
         self.findings[:] = [
             replace(one, withdrawn_at=at) if one.joint == name and one.withdrawn_at is None else one
             for one in self.findings
         ]
-        self._withdraw(name)
 
     def reported(self, fault: Fault) -> None:
         """A user has reported a fault: what becomes of it is the user's."""
