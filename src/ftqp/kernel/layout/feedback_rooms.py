@@ -191,6 +191,8 @@ monitor  What ``ftqp.kernel.monitor`` learns of each servo, and what speaks agai
     stated_lead droop  f8[N]  lag that was stated [s], and by how much a joint that stands is led
     unsure response  f8[N]  variance of what leads a command, and how long a servo may take to follow [s]
     room  f8[N]  how far ahead of a joint its command may be
+    scatter uneven  f8[N]  variance of samples at rest [rad2 or m2]; beside it in motion, of a look's way
+    ripple  f8[N]  by what share it goes faster between two commands than in the mean
     phi gain  f8[SERVO]  memory
     alone  f8[N]  memory
 learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's model does not say.

@@ -74,18 +74,19 @@ def speed_up_gently(K: Any) -> None:
 
     A servo answers the end of an acceleration a with an overshoot of a/(e w_n), and a lead of c v_r goes at
     v + c a meanwhile. w_n is the least that is likely, of m and of c alike: an arm of which nothing is known
-    is led as carefully as one whose servos are slow. How a joint brakes is not touched.
+    is led as carefully as one whose servos are slow. How a joint brakes is not touched, but that one which is
+    seen to go unevenly keeps below the limit in between, too.
     """
     state, M, limits = K.state, K.monitor, K.limits
     if not M.sees or limits.conversion != VIABILITY:
         return
     for k in range(K.faults.working):
         i = K.faults.order[k]
-        v, slow = state.v[i], M.response[i]
-        left = max((1.0 - K.feedback.speed_margin) * limits.v_max[i] - abs(v), 0.0)
+        v, slow = state.v[i], max(M.response[i], state.dt)
+        left = min(1.0 - K.feedback.speed_margin, 1.0 / (1.0 + M.ripple[i])) * limits.v_max[i] - abs(v)
         if left >= limits.a_max[i] * slow:
             continue
-        a = left / slow
+        a = left / slow if left > 0.0 or M.ripple[i] > 0.0 else 0.0
         if state.level == ACCELERATION:
             low, high = -a, a
         else:
@@ -117,8 +118,9 @@ def blend(K: Any) -> None:
 @jit
 def way_of(K: Any, i: int) -> float:
     """How far what is sent to joint i may go in this tick: as fast as the joint may be, and not at once."""
-    top, v = min(K.limits.v_max[i], UNLIMITED), max(abs(K.state.v_command[i]), abs(K.gate.v[i]))
-    if K.cascade.outcome == STOPPED:  # it stands
+    top, v = K.limits.v_max[i] / (1.0 + K.monitor.ripple[i]), max(abs(K.state.v_command[i]), abs(K.gate.v[i]))
+    top = min(top, UNLIMITED)
+    if K.cascade.outcome == STOPPED and not K.held.on:  # it stands
         return float(K.state.dt * max(AT_REST * top, v))
     ahead = min(max(K.monitor.used[i, 0], K.monitor.stated_lead[i]), LONGEST) if K.monitor.sees else LONGEST
     return float(K.state.dt * max(min(v + CATCHES_UP * top + ahead * abs(K.state.a_command[i]), top), v))

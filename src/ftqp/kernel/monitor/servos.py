@@ -77,6 +77,13 @@ STRAINED = 0.9
 the rest: what its servo is asked for beyond that shows nothing."""
 BEGINS = 8.0
 """An arm may have been sent anywhere before: the filters forget that in so many time constants, to 1 %."""
+CRAWLS, OF_NOISE, OF_MOTION = 0.1, 0.25, 0.05
+"""Slower than this share of its limit a joint's samples scatter by noise alone, and by its motion, too,
+where it is faster; a look counts for so much of either."""
+RIPPLES, MOST_RIPPLE = 7.0, 1.0
+"""A joint whose place scatters by e of its way from one command to the next goes at v (1 + 7 e) between them:
+3 to 10 of arms that were drawn, with servos up to 3 times as fast as their loop. It is slowed down to half
+its speed at most, as noise of which few looks told may be taken for its motion."""
 COMPARED = 0.25
 """How far samples are from what was sent is a mean over one over this independent looks."""
 TAUGHT = 3.0
@@ -101,6 +108,7 @@ def forget_servos(K: Any) -> None:
         M.missed[i] = M.sharp[i] = UNSURE
         M.tail[i] = M.way[i] = 0.0
         M.droop[i] = M.unsure[i] = M.response[i] = 0.0
+        M.scatter[i] = M.uneven[i] = M.ripple[i] = 0.0
         M.blind[i] = 0
         for r in range(SERVO):
             M.theta[i, r] = M.used[i, r] = M.stated[i, r]
@@ -115,11 +123,11 @@ def forget_servos(K: Any) -> None:
 
 @rare_jit
 def as_before(M: Any, i: int) -> None:
-    """The servo of joint i is again what it was a while before anything spoke against it."""
+    """The servo of joint i is again what it was a while before anything spoke against it, and so kept."""
     for r in range(SERVO):
-        M.theta[i, r] = M.safe[1, i, r]
+        M.theta[i, r] = M.safe[0, i, r] = M.safe[1, i, r]
         for c in range(SERVO):
-            M.P[i, r, c] = M.safe_P[1, i, r, c]
+            M.P[i, r, c] = M.safe_P[0, i, r, c] = M.safe_P[1, i, r, c]
 
 
 @jit
@@ -308,6 +316,29 @@ def _between(K: Any, i: int, k: int, seen: float, led: float) -> float:
 
 
 @jit
+def _see_ripples(K: Any, i: int) -> None:
+    """How much faster joint i goes between two commands than in the mean, by how unevenly its samples go.
+
+    A servo that is faster than its loop goes there at once and waits. No sample shows the speed in between,
+    but commands that come late make its ways unequal. Third differences of samples have 20 times the variance
+    of what these scatter by, s^2 at rest and s^2 + (e v T)^2 in motion.
+    """
+    M = K.monitor
+    d = M.means[0, i] - M.means[3, i] - 3.0 * (M.means[1, i] - M.means[2, i])
+    way = min(abs(M.means[0, i] - M.means[3, i]) / 3.0, M.peak_v[i] * block_time(K))
+    way, crawl = way * way, CRAWLS * min(K.limits.v_max[i], UNLIMITED) * block_time(K)
+    most = 9.0 * (M.scatter[i] + M.uneven[i] * way) + 0.01 * way + GEAR * GEAR
+    scatter = min(0.05 * d * d, most)
+    if way < crawl * crawl:
+        M.scatter[i] += OF_NOISE * (scatter - M.scatter[i])
+    else:
+        share = OF_MOTION * way / (way + crawl * crawl)
+        more = (scatter - M.scatter[i]) / way - M.uneven[i]
+        M.uneven[i] = max(M.uneven[i] + share * more, 0.0)
+    M.ripple[i] = min(RIPPLES * sqrt(M.uneven[i]), MOST_RIPPLE)
+
+
+@jit
 def observe_joint(K: Any, i: int) -> None:
     """How fast joint i is, and how much of its motion was asked for."""
     M, D, decay = K.monitor, K.monitor.D, K.monitor.decay
@@ -335,6 +366,8 @@ def observe_joint(K: Any, i: int) -> None:
         M.means[k, i] = M.means[k - 1, i]
     M.means[0, i] = M.total[i] / M.every
     M.total[i] = 0.0
+    if K.feedback.kind == POSITION_DRIVE and M.every == 1:
+        _see_ripples(K, i)
 
 
 @jit
