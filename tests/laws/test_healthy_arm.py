@@ -193,6 +193,13 @@ def test_a_brake_that_opens_again_is_noticed(drive):
     assert finding.joint == PANDA.joints[3] and finding.withdrawn_at > finding.detected_at
 
 
+def test_a_velocity_arm_says_that_a_joint_which_it_found_locked_is_where_it_stands():
+    arm = arm_of(PANDA, FAST, 25.0, TAKES["velocity"])
+    motion = Motion(PANDA, arm, FAST, 2.0, event=3, drive="velocity")
+    assert set(motion.planner.faults) == {PANDA.joints[3]}
+    assert abs(motion.step.q[3] - arm.q[3]) < 5e-4
+
+
 @pytest.mark.parametrize("drive", TAKES)
 def test_without_a_detector_nobody_is_named(drive):
     arm = arm_of(PANDA, FAST, 63.0, TAKES[drive])

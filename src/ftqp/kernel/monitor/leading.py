@@ -14,7 +14,14 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.enums import ACCELERATION, IS_LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE, VIABILITY
+from ftqp.kernel.layout.enums import (
+    ACCELERATION,
+    IS_LOCKED,
+    POSITION_DRIVE,
+    STOPPED,
+    VELOCITY_DRIVE,
+    VIABILITY,
+)
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, UNLIMITED
 from ftqp.kernel.maths.elementary import mul_add, sqrt, vector_view
@@ -199,22 +206,23 @@ def _push_by_speed(K: Any, i: int) -> None:
     M, last, way = K.monitor, K.gate.speed[i], K.limits.a_max[i] * K.state.dt
     turns = int((K.state.ticks - M.found_at[i]) * K.state.dt / TURNS)
     v = (M.tell[i] if turns % 2 == 0 else -M.tell[i]) / TURNS
-    K.feedback.q_sent[i] = K.gate.sent[i]
     K.feedback.v_sent[i] = min(max(v, last - way), last + way)
 
 
 @jit
 def keep_found(K: Any, i: int) -> bool:
-    """A joint that was found to be locked is sent where it stands and a little farther; whether it was."""
+    """A joint that was found to be locked is sent where it stands, and a little farther where that moves it.
+
+    Whether it was.
+    """
     M, last = K.monitor, K.gate.sent[i]
-    if M.found[i] != IS_LOCKED or K.feedback.kind == TORQUE_DRIVE:
+    if M.found[i] != IS_LOCKED:
         return False
-    if K.feedback.kind == VELOCITY_DRIVE:
-        _push_by_speed(K, i)
-        return True
     way = BACK * K.state.dt * min(K.limits.v_max[i], UNLIMITED)
-    goal = M.place[i] + M.tell[i] + M.droop[i]
+    goal = M.place[i] + (M.tell[i] + M.droop[i] if K.feedback.kind == POSITION_DRIVE else 0.0)
     low, high = min(K.limits.q_min[i], last), max(K.limits.q_max[i], last)
     K.feedback.q_sent[i] = min(max(min(max(goal, last - way), last + way), low), high)
     K.feedback.v_sent[i] = 0.0
+    if K.feedback.kind == VELOCITY_DRIVE:
+        _push_by_speed(K, i)
     return True
