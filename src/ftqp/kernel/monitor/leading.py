@@ -24,7 +24,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, UNLIMITED
-from ftqp.kernel.maths.elementary import mul_add, sqrt, vector_view
+from ftqp.kernel.maths.elementary import is_finite, mul_add, sqrt, vector_view
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.monitor.servos import DROOP, block_time, may_stick, noise_of, variance
 from ftqp.kernel.rows.joint_intervals import narrow
@@ -216,10 +216,10 @@ def keep_found(K: Any, i: int) -> bool:
     Whether it was.
     """
     M, last = K.monitor, K.gate.sent[i]
-    if M.found[i] != IS_LOCKED:
+    goal = M.place[i] + (M.tell[i] + M.droop[i] if K.feedback.kind == POSITION_DRIVE else 0.0)
+    if M.found[i] != IS_LOCKED or not is_finite(goal):
         return False
     way = BACK * K.state.dt * min(K.limits.v_max[i], UNLIMITED)
-    goal = M.place[i] + (M.tell[i] + M.droop[i] if K.feedback.kind == POSITION_DRIVE else 0.0)
     low, high = min(K.limits.q_min[i], last), max(K.limits.q_max[i], last)
     K.feedback.q_sent[i] = min(max(min(max(goal, last - way), last + way), low), high)
     K.feedback.v_sent[i] = 0.0
