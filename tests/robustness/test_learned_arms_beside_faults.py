@@ -57,17 +57,7 @@ def test_lock_leaves_what_was_learned_before_it(number):
     assert not broken(number)
 
 
-LEAPS = "what is fed forward to a wrist that sticks leaps as its rotor becomes known: it slips at rest"
-
-
-@pytest.mark.parametrize(
-    "number",
-    [
-        22,
-        pytest.param(129, marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason=LEAPS)]),
-        *(pytest.param(k, marks=pytest.mark.slow) for k in (231, 269)),
-    ],
-)
+@episodes(22, 129, 231, 269)
 def test_healthy_arm_whose_samples_come_late_keeps_every_law(number):
     """4 ms late, which nobody had said: it swung at rest and left its speed limits."""
     assert not broken(number)
