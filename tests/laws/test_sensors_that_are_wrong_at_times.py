@@ -71,6 +71,19 @@ def test_encoder_that_jumps_and_works_on_is_believed_less_its_step(drive, size):
     assert 0.79 < finding.onset < 0.81 < finding.detected_at < 0.83
 
 
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+def test_coarse_numbers_with_fine_noise_lose_no_sensor_of_a_slow_arm(drive):
+    """Their step is more than the joint can go in a tick, and noise hides that they have one."""
+    slow = PANDA.with_limits(v_max=np.full(7, 0.2), a_max=np.full(7, 1.0))
+    arm = ServoArm(slow.neutral, DT, takes="velocity" if drive == "velocity" else "position only")
+    rng, step = np.random.default_rng(1), 4e-3
+    planner = started(slow, dt=DT, at=slow.neutral, drive=drive)
+    goto = ftqp.GoTo(planner, q=slow.neutral + 0.1)
+    for _ in range(2500):
+        arm.command(goto.step(step * np.round(arm.q / step) + 1e-5 * rng.standard_normal(7), None))
+    assert planner.stopped_because is None and not planner.findings
+
+
 def test_encoder_that_jumps_back_is_right_again():
     planner, off = led_round("torque", 2.5, 2e-5, 0.0, off=lambda t: 0.1 * (0.6 < t < 1.2))
     assert planner.stopped_because is None and not planner.faults and off < 1e-3

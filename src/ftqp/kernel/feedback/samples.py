@@ -153,6 +153,7 @@ def _is_possible(
     sigma was stated or learned, whatever is more, and an encoder's step goes beside it. Or with the speed
     that was observed in the place of v_r: a joint that does not obey is seen, too. After an impact at the
     end of a range it is 30 rad/s in the place of v_max for 100 ms. While nothing was heard it may have stood.
+    What lasts for half of patience and is no more than the step of a coarse encoder may be one.
     """
     dt = state.dt
     if not is_finite(sample):
@@ -168,7 +169,7 @@ def _is_possible(
     if not top < inf:
         return True
     room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * sigma + ROOM
-    room += min(feedback.increment[i], COARSEST)
+    room += COARSEST if t > 0.5 * feedback.patience else min(feedback.increment[i], COARSEST)
     way = sample - feedback.good[i]
     if feedback.unheard > 0.0 and abs(way) <= room:
         return True
