@@ -5,6 +5,7 @@ import pytest
 from tests.going import started
 
 import ftqp
+from ftqp.kernel.layout.thresholds import COARSEST
 
 ROBOT = ftqp.robots.load("planar", count=3)
 LIMITS = ROBOT.limits
@@ -45,7 +46,8 @@ def room(arm, joint, age, speed=0.0):
     """How far a sample may be from what is expected, so many ticks after the last good one."""
     t, sigma = age * arm.dt, arm.loop.sigma
     top = max(LIMITS.v_max[joint], abs(speed))
-    return 1.3 * top * arm.dt + LIMITS.a_max[joint] * t * t + 8.5 * sigma + 1e-4
+    step = COARSEST if t > 0.5 * arm.loop.patience else 0.0
+    return 1.3 * top * arm.dt + LIMITS.a_max[joint] * t * t + 8.5 * sigma + 1e-4 + step
 
 
 @pytest.mark.parametrize("sigma", [0.0, SIGMA])
