@@ -10,6 +10,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import followers, mimic_places
+from ftqp.kernel.feedback.learned_inertia import forget_since_held
 from ftqp.kernel.feedback.persistence import reset_counter
 from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
@@ -63,8 +64,8 @@ USUAL_TIME = 0.2
 """Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it."""
 EXCESS, EXCESS_SIGMAS = 0.002, 12.0
 """So far [rad or m] beside noise, which is more than twice ``GONE``, is a held arm sent ahead, ..."""
-MOST = 0.015
-"""... at most so far, ..."""
+MOST, MOST_BY_TORQUE = 0.015, 24.0
+"""... at most so far, or as far as the loop of a torque arm asks for so much [rad/s2 or m/s2], ..."""
 GROWS, GROWS_BY_TORQUE = 5e-4, 0.02
 """... and so much farther a second [rad/s or m/s], because dry friction may hold an arm that was let go; more
 on an arm that takes torques, whose spring is soft; ..."""
@@ -234,14 +235,19 @@ def hold(K: Any) -> None:
         feedback.unresponsive[i] = 0
         reset_counter(feedback, i)
     feedback.unresponsive_count = 0
+    if feedback.kind == TORQUE_DRIVE:
+        forget_since_held(K)
 
 
 @jit
 def _stay(K: Any, dt: float) -> bool:
     """A tick of an arm that is held: where it is sent, and whether it is still held."""
     held, feedback, faults, gate, limits = K.held, K.feedback, K.faults, K.gate, K.limits
-    grows = GROWS_BY_TORQUE if feedback.kind == TORQUE_DRIVE else GROWS
-    held.ahead = min(held.ahead + grows * dt, MOST)
+    grows, most = GROWS, MOST
+    if feedback.kind == TORQUE_DRIVE:
+        most = max(MOST, MOST_BY_TORQUE / (feedback.stiffness * feedback.stiffness))
+        grows = GROWS_BY_TORQUE * most / MOST
+    held.ahead = min(held.ahead + grows * dt, most)
     released = asked = 0
     for k in range(faults.working):
         i = faults.order[k]

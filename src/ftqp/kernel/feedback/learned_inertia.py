@@ -123,12 +123,8 @@ def _keep_alone(K: Any) -> None:
 
 
 @jit
-def _go_back(K: Any) -> None:
-    """A joint has failed, or works again: what was learned while nobody knew of it counts no more.
-
-    What the others have said holds all the same, as their torques were what was sent, and counts again at
-    once: a wrist that has to move now has no time to wait for other news.
-    """
+def _take_back(K: Any) -> None:
+    """What was learned is what it was half a second ago."""
     learned = K.learned
     for i in range(K.chain.n):
         learned.rotor[i], learned.friction[i] = (
@@ -138,6 +134,17 @@ def _go_back(K: Any) -> None:
         learned.sigma[i] = learned.kept_sigma[KEPT - 1, i]
     for k in range(4):
         learned.load[k] = learned.kept_load[KEPT - 1, k]
+
+
+@jit
+def _go_back(K: Any) -> None:
+    """A joint has failed, or works again: what was learned while nobody knew of it counts no more.
+
+    What the others have said holds all the same, as their torques were what was sent, and counts again at
+    once: a wrist that has to move now has no time to wait for other news.
+    """
+    learned = K.learned
+    _take_back(K)
     for i in range(K.chain.n):
         if K.faults.code[i] != HEALTHY or K.feedback.unresponsive[i]:
             _forget_joint(learned, i)
@@ -145,6 +152,16 @@ def _go_back(K: Any) -> None:
             learned.friction[i], learned.until_free = K.faults.coulomb[i], learned.start
     _keep_alone(K)
     _apply(K)
+
+
+@rare_jit
+def forget_since_held(K: Any) -> None:
+    """All joints are held: what was learned of their brakes, as friction and a load, counts no more."""
+    if K.learned.on and K.learned.based:
+        _take_back(K)
+        K.learned.samples = 0
+        _keep_alone(K)
+        _apply(K)
 
 
 @jit
