@@ -60,7 +60,7 @@ def forget_repeats(feedback: Any, i: int, at: float) -> None:
     """Nothing is known of the encoder of joint i but that it should say where the joint is."""
     feedback.raw[i] = at
     feedback.same[i] = feedback.moved[i] = feedback.increment[i] = feedback.way[i] = 0.0
-    feedback.restless[i] = 0.0
+    feedback.grain[i] = feedback.restless[i] = 0.0
     feedback.held[i] = 0
 
 

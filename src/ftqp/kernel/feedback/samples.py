@@ -145,6 +145,13 @@ def _noise(K: Any, usual: Any) -> Any:
 
 
 @jit
+def _grain(known: Any, change: Any, noise: Any) -> Any:
+    """The smallest step between samples that noise does not make, and with it that of a coarse encoder."""
+    step = abs(change)
+    return select((step > noise) & ((step < known) | (known <= noise)), step, known)
+
+
+@jit
 def _is_possible(
     state: Any, faults: Any, limits: Any, feedback: Any, sigma: float, i: int, sample: float, v: float
 ) -> bool:
@@ -169,7 +176,7 @@ def _is_possible(
     if not top < inf:
         return True
     room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * sigma + ROOM
-    room += COARSEST if t > 0.5 * feedback.patience else min(feedback.increment[i], COARSEST)
+    room += COARSEST if t > 0.5 * feedback.patience else min(feedback.grain[i], COARSEST)
     way = sample - feedback.good[i]
     if feedback.unheard > 0.0 and abs(way) <= room:
         return True
@@ -197,7 +204,7 @@ def _time_error(K: Any, i: int, then: int) -> float:
         if j == i or K.faults.code[j] != HEALTHY or feedback.lost[j] or not is_finite(feedback.jump[j]):
             continue
         blur = SIGMAS * _noise(K, K.held.usual[j]) + ROOM
-        blur += min(feedback.increment[j], COARSEST)
+        blur += min(feedback.grain[j], COARSEST)
         v = K.past.v[then, j] / blur
         total -= v * feedback.jump[j] / blur
         known += v * v
@@ -239,7 +246,7 @@ def _has_jumped(K: Any, i: int, then: int, sigma: float) -> bool:
     Source: docs/theory/feedback.md, "Samples".
     """
     feedback, state, sample = K.feedback, K.state, K.state.q[i]
-    fixed = SIGMAS * sigma + ROOM + min(feedback.increment[i], COARSEST)
+    fixed = SIGMAS * sigma + ROOM + min(feedback.grain[i], COARSEST)
     t = feedback.age[i] * state.dt
     if feedback.age[i] == 1:
         known = K.held.sees > 1 and feedback.wide == 0.0 and abs(feedback.moved[i]) <= fixed
@@ -420,8 +427,9 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     judged = judged and (K.monitor.found[i] != 0 or (healthy and K.chain.lead[i] == i))
     feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], cost, not judged)
     if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):
+        feedback.grain[i] = _grain(feedback.grain[i], sample - feedback.good[i], SIGMAS * sigma)
         way, seen = feedback.age[i] * state.dt * v, feedback.good[i]
-        room = SIGMAS * sigma + ROOM + min(feedback.increment[i], COARSEST)
+        room = SIGMAS * sigma + ROOM + min(feedback.grain[i], COARSEST)
         feedback.foretold[i] = way + (seen if abs(sample - seen - way) <= room else feedback.foretold[i])
         feedback.seen[i] = feedback.good[i] = sample
         feedback.offset[i] = sample - past.q[then, i]
@@ -453,8 +461,8 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     dt = state.dt
     sample, v, q = load_lanes(state.q, at), load_lanes(past.v[then], at), load_lanes(past.q[then], at)
     top = larger(larger(load_lanes(limits.v_max, at), abs(v)), abs(load_lanes(feedback.v_hat, at)))
-    fixed = SIGMAS * _noise(K, load_lanes(K.held.usual, at)) + ROOM
-    fixed += smaller(load_lanes(feedback.increment, at), COARSEST)
+    noise, grain = SIGMAS * _noise(K, load_lanes(K.held.usual, at)), load_lanes(feedback.grain, at)
+    fixed = noise + ROOM + smaller(grain, COARSEST)
     room = SPEED_SHARE * dt * top + dt * dt * load_lanes(limits.a_max, at) + fixed
     way, good = dt * v, load_lanes(feedback.good, at)
     off = abs(sample - good - way)
@@ -466,6 +474,7 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
         if any_of(repeat_oddly(state, feedback, at, sample, asked, noisy)):
             return False
         learn_block(state, feedback, at, sample, asked)
+    store_lanes(feedback.grain, at, _grain(grain, sample - good, noise))
     store_lanes(feedback.jump, at, sample - good - way)
     before = select(off <= fixed, good, load_lanes(feedback.foretold, at))
     store_lanes(feedback.foretold, at, way + before)

@@ -79,6 +79,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     alone  f8[N]  their inertia then
     same moved  f8[N]
     increment  f8[N]  the smallest step between samples
+    grain  f8[N]  the smallest one that noise does not make
     way  f8[N]  the farthest that the reference went while a working sensor repeated itself
     restless  f8[N]  samples that jittered at rest
     going  f8[N]  speeds in a stop, in a short mean
