@@ -14,7 +14,7 @@ from ftqp.core.checks import FloatArray, numbers
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import made_from, refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import DELAYS, Brakes, DriveKind
-from ftqp.kernel.layout.feedback_rooms import LATER, PACES
+from ftqp.kernel.layout.feedback_rooms import LATER, PACES, SOFTER
 from ftqp.kernel.layout.thresholds import LATELY, NOISE_OF_D
 
 KINDS = {kind.name.lower(): kind for kind in DriveKind}
@@ -37,6 +37,9 @@ STIFFNESS_MOST, STIFFNESS_DELAY = 80.0, 0.24
 STIFFNESS_UNSURE = 40.0
 """... and at most where its model may lack rotors and samples may come later than stated: what 5 ms and one
 tick at 1 kHz leave of it. Nothing tells that a loop has room for more but that it shakes, too late."""
+
+SOFTENS = 0.7
+"""A loop that rings becomes softer by this share, and so half as stiff in its two steps."""
 
 OBSERVER = 200.0
 """Bandwidth of the observer of position and velocity arms [1/s] ..."""
@@ -280,7 +283,9 @@ class Drive:
         }
 
     def paces(self, dt: float, noise: Noise, reach: float, a_max: float) -> FloatArray:
-        """What a torque arm's gains are where samples come some ticks later than stated, (ticks, PACES).
+        """What a torque arm's gains are, (SOFTER + 1, ticks, PACES).
+
+        Each row of the first axis has a softer loop, each of the second one samples that come a tick later.
 
         Args:
             dt: The sampling period [s].
@@ -290,11 +295,14 @@ class Drive:
         """
         most = min(LATER, DELAYS - 2 - self.ticks(dt)) if self.learns else -1
         rows = []
-        for later in range(most + 1):
-            drive = replace(self, latency=self.latency + later * dt)
-            gains = drive.gains(dt, noise, reach, a_max) | {"gain": drive.learning(dt, noise)["gain"]}
-            rows.append([gains[name] for name in PACES])
-        return np.reshape(np.array(rows), (most + 1, len(PACES)))
+        for softer in range(SOFTER + 1):
+            for later in range(most + 1):
+                drive = replace(self, latency=self.latency + later * dt)
+                w = SOFTENS**softer * drive.gains(dt, noise, reach, a_max)["stiffness"]
+                drive = replace(drive, stiffness=w)
+                gains = drive.gains(dt, noise, reach, a_max) | {"gain": drive.learning(dt, noise)["gain"]}
+                rows.append([gains[name] for name in PACES])
+        return np.reshape(np.array(rows), (SOFTER + 1, most + 1, len(PACES)))
 
     def learning(self, dt: float, noise: Noise) -> dict[str, float]:
         """How the arm is estimated, by the names of the record's room ``learned``.

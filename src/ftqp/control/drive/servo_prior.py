@@ -87,8 +87,8 @@ def fill_loop(
     feedback.kind, feedback.latency = KINDS[drive.kind], drive.ticks(dt)
     a_max = float(np.min(robot.limits.a_max))
     paces = drive.paces(dt, noise, 6.0 * robot.length, a_max)
-    K.learned.by_delay[: len(paces)] = paces
-    feedback.span = feedback.latency + 1 + max(len(paces), 1)
+    K.learned.paces[:, : paces.shape[1]] = paces
+    feedback.span = feedback.latency + 1 + max(paces.shape[1], 1)
     feedback.brakes = BRAKES[drive.brakes]
     feedback.speed = 1.0
     gains = drive.gains(dt, noise, 6.0 * robot.length, a_max)

@@ -38,6 +38,7 @@ class Learned:
             forward.
         delay: How much later samples come than the drive's ``latency`` says [s], as far as the arm has
             shaken, which alone tells.
+        stiffness: Bandwidth of the loop [1/s], below that of the drive where the arm has rung.
         payload: The load at the end effector on top of what the planner carries, as a point mass; None is
             none.
     """
@@ -46,6 +47,7 @@ class Learned:
     rotors_error: FloatArray
     friction: FloatArray
     delay: float
+    stiffness: float
     payload: Payload | None
 
     def facts(self) -> dict[str, Any]:
@@ -56,6 +58,7 @@ class Learned:
             "rotors_error": self.rotors_error.tolist(),
             "friction": self.friction.tolist(),
             "delay": self.delay,
+            "stiffness": self.stiffness,
             "payload": None if load is None else {"mass": load.mass, "com": load.com.tolist()},
         }
 
@@ -77,6 +80,7 @@ def learned(session: Session, robot: Robot) -> Learned | LearnedServos | None:
         rotors_error=frozen(room.sigma[:joints]),
         friction=frozen(room.friction[:joints]),
         delay=float(room.later) * float(K.state.dt),
+        stiffness=float(K.feedback.stiffness),
         payload=payload,
     )
 

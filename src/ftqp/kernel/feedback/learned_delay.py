@@ -1,4 +1,4 @@
-"""How much later samples come than was stated, learned from a torque arm that shakes.
+"""How much later a torque arm's samples come than was stated, learned where it shakes; how stiff its loop is.
 
 A loop that does not know its delay is too stiff for it, and takes every motion for a following error. The
 torque that led to a sample was then sent a time delta earlier than is supposed, so that the equation of each
@@ -8,6 +8,8 @@ joint misses
 
 in which delta is the same for all joints: one more unknown, by least squares. It is looked for only in what
 shakes, because there y is large and nothing else that the model lacks has the phase of dtau/dt.
+An arm that shakes to and fro although no delay explains it rings: its gears give way, its encoders are
+coarse, or its rotors are light. Its loop is then softened, before anybody is accused.
 Source: docs/theory/feedback.md, "Samples that come later than stated".
 """
 
@@ -15,7 +17,7 @@ from math import floor, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.feedback_rooms import LATER
+from ftqp.kernel.layout.feedback_rooms import LATER, SOFTER
 from ftqp.kernel.layout.thresholds import STANDS
 
 SLOWLY = 0.2
@@ -45,6 +47,9 @@ right."""
 KNOWN_AFTER = 50
 """So many estimates, a quarter of a second, tell what the model lacks from a delay, and from a motor that
 fails."""
+RINGS, RING_TIME = 6.0, 0.25
+"""A joint rings that swings to and fro so many times lately, of which it forgets e times within this time
+[s]: at 12 Hz and more, twice the bandwidth of the loop, which follows nothing that is as fast."""
 SETTLES = 8
 """So many estimates after a change the filters hold torques of both delays: eight of their time constants."""
 
@@ -53,20 +58,22 @@ SETTLES = 8
 def forget_delay(K: Any) -> None:
     """Samples come when it was stated."""
     learned = K.learned
-    _set_delay(K, -learned.later)
+    _set_loop(K, 0, 0)
     learned.until_later = learned.quiet = learned.shook = 0
     learned.delay_known = learned.delay_moment = learned.delay_missed = 0.0
 
 
 @jit
-def _set_delay(K: Any, change: int) -> None:
-    """Samples come so many ticks later than has counted until now; the loop is as stiff as that allows."""
+def _set_loop(K: Any, later: int, softer: int) -> None:
+    """Samples come so many ticks later than stated, and the loop was softened so often."""
     learned, feedback = K.learned, K.feedback
-    if change == 0:
+    for i in range(K.chain.n):
+        learned.swings[i] = learned.swung[i] = 0.0
+    if later == learned.later and softer == learned.softer:
         return
-    learned.later += change
-    feedback.latency += change
-    paces = learned.by_delay[learned.later]
+    feedback.latency += later - learned.later
+    learned.later, learned.softer = later, softer
+    paces = learned.paces[softer, later]
     feedback.stiffness, feedback.pole, feedback.kappa = paces[0], paces[1], paces[2]
     feedback.felt_noise, feedback.missing_noise = paces[3], paces[4]
     learned.gain = paces[5]
@@ -81,9 +88,13 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
     learned.off_mean[i] += SLOWLY * y
     learned.a_mean[i] += SLOWLY * a
     learned.slope_mean[i] += SLOWLY * (learned.slope[i] - learned.slope_mean[i])
+    learned.swings[i] -= learned.swings[i] * learned.every * K.state.dt / RING_TIME
     shakes = max(SHAKES, BY_NOISE * learned.felt * sqrt(learned.noise[i]))
     if learned.until_later > 0 or weight <= 0.0 or abs(a) < shakes or K.feedback.unresponsive[i]:
         return
+    if a * learned.swung[i] <= 0.0:
+        learned.swings[i] += 1.0
+        learned.swung[i] = a
     if learned.estimates < KNOWN_AFTER:
         return
     learned.shook = 1
@@ -119,10 +130,23 @@ def _is_believed(K: Any) -> bool:
 
 
 @jit
+def _soften(K: Any) -> None:
+    """The loop becomes softer where a joint rings."""
+    learned = K.learned
+    for i in range(K.chain.n):
+        if learned.swings[i] > RINGS and learned.softer < SOFTER:
+            _set_loop(K, learned.later, learned.softer + 1)
+
+
+@jit
 def follow_delay(K: Any) -> None:
-    """Another number of ticks counts once it is likely; what shakes before the rotors are known is theirs."""
+    """Another number of ticks counts once it is likely; what shakes before the rotors are known is theirs.
+
+    What more than ``LATER`` of them would have to explain, or what no delay does, rings.
+    """
     learned = K.learned
     if learned.estimates < KNOWN_AFTER or _is_believed(K):
+        _soften(K)
         return
     if learned.until_later > 0:
         learned.until_later -= 1
@@ -134,14 +158,15 @@ def follow_delay(K: Any) -> None:
         learned.delay_known = MOST_KNOWN
     left = learned.delay_moment / (STAYS + learned.delay_known)
     likely = min(max(learned.later + floor(left + 0.5), 0), LATER)
-    while learned.by_delay[likely, 0] <= 0.0:  # so late a sample is beyond what is kept of the past
+    while learned.paces[0, likely, 0] <= 0.0:  # so late a sample is beyond what is kept of the past
         likely -= 1
     change = likely - learned.later
-    explained = learned.delay_moment * learned.delay_moment
-    if explained < EXPLAINS * learned.delay_missed * learned.delay_known:
+    moment, known = learned.delay_moment, learned.delay_known
+    if moment * moment < EXPLAINS * learned.delay_missed * known or abs(moment) > LATER * known:
+        _soften(K)
         return
     if abs(left) > ADOPTED and change != 0:
         learned.delay_missed += change * (change * learned.delay_known - 2.0 * learned.delay_moment)
         learned.delay_moment -= change * learned.delay_known
         learned.until_later = SETTLES
-        _set_delay(K, change)
+        _set_loop(K, likely, learned.softer)

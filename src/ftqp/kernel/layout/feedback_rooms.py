@@ -14,10 +14,13 @@ KEPT = 6
 """So many earlier estimates are kept, so that one can be gone back to that a fault has not touched."""
 LATER = 5
 """Samples may come so many ticks later than was stated: the latency of common arms."""
+SOFTER = 2
+"""The loop of a torque arm that rings becomes softer so many times."""
 SERVO = 6
 """Learned of the servo of a joint: lag, rotor, friction, droop, and that by weight and by inertia."""
 PACES = ("stiffness", "pole", "kappa", "felt_noise", "missing_noise", "gain")
-"""What changes with the delay, the last in the room ``learned``, the others in ``feedback``."""
+"""What changes with the delay and where a loop rings, the last in the room ``learned``, the others in
+``feedback``."""
 
 TEXT: Final = """
 feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
@@ -208,6 +211,7 @@ learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's
     until_free  i8  ticks until a joint that swings freely is heard
     working  i8  joints that worked at the last tick
     later  i8  ticks that samples come later than was stated
+    softer  i8  how often the loop was softened, as it rang
     until_later  i8  estimates until the delay is learned again
     quiet  i8  estimates in which the arm has moved and nothing shook
     shook  i8  something did lately
@@ -244,7 +248,10 @@ learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's
     total  f8[4]
     slope  f8[N]  of the filtered torque [N m/s or N/s]
     slope_mean off_mean a_mean  f8[N]  slow means of it, of what the equation misses, and of ``a``
-    by_delay  f8[LATER+1,6]  the loop's gains with each number of ticks, as ``PACES``; stiffness 0: none
+    swung  f8[N]  how far an acceleration was from its slow mean at a joint's last swing to and fro
+    swings  f8[N]  how many of these there were lately
+    paces  f8[SOFTER+1,LATER+1,6]  the loop's gains, softer and with more ticks, as ``PACES``; stiffness 0:
+        none
     kept_load  f8[KEPT,4]
     kept_rotor kept_friction kept_sigma  f8[KEPT,N]
 """
