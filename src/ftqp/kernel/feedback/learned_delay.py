@@ -142,10 +142,11 @@ def _soften(K: Any) -> None:
 def follow_delay(K: Any) -> None:
     """Another number of ticks counts once it is likely; what shakes before the rotors are known is theirs.
 
-    What more than ``LATER`` of them would have to explain, or what no delay does, rings.
+    What more than ``LATER`` of them would have to explain, or what no delay does, rings; and a loop that was
+    softened for it has room for a delay.
     """
     learned = K.learned
-    if learned.estimates < KNOWN_AFTER or _is_believed(K):
+    if learned.estimates < KNOWN_AFTER or learned.softer > 0 or _is_believed(K):
         _soften(K)
         return
     if learned.until_later > 0:
