@@ -20,7 +20,7 @@ from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_
 from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
 from ftqp.kernel.maths.elementary import larger
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, load_lanes
-from ftqp.kernel.monitor.verdicts import OVERSPEED
+from ftqp.kernel.monitor.verdicts import OVERSPEED, is_near
 
 
 @jit
@@ -108,7 +108,7 @@ def watch_motion(K: Any) -> None:
             feedback.persistence[LEFT_BAND, i] = feedback.persistence[TOO_FAST, i] = 0
             continue
         if K.monitor.on:
-            far = K.monitor.G[i] > K.monitor.level
+            far = K.monitor.G[i] > K.monitor.level and not is_near(K, i)
         else:
             far = abs(feedback.seen[i] - past.q[then, i]) > error_band(feedback, past, i)
         out = K.watch.latched != 0 and far and not _is_thrown(K, i)

@@ -157,6 +157,14 @@ def _feedback(top: float, w: float, off: float, v: float, seen: float) -> float:
     return w * w * off + 2.0 * w * (v - seen)
 
 
+@jit
+def _is_driven_on(K: Any, i: int) -> bool:
+    """Whether joint i, which left its command in a stop and waits for its brake, would be sped up."""
+    feedback = K.feedback
+    waits = K.monitor.names and K.watch.latched != 0 and feedback.asks[i] != 0
+    return bool(waits and feedback.tau_sent[i] * K.held.speed[i] > 0.0)
+
+
 @rare_jit
 def _torques(K: Any) -> None:
     """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 where there is no motor.
@@ -217,6 +225,8 @@ def _torques(K: Any) -> None:
     for k in range(faults.working, n):
         feedback.tau_sent[faults.order[k]] = 0.0
     for i in range(n):
+        if _is_driven_on(K, i):
+            feedback.tau_sent[i] = 0.0
         past.a[now, i], past.tau[now, i] = wanted[i], feedback.tau_sent[i]
     if changed:
         S, moving = K.scratch.square, feedback.others

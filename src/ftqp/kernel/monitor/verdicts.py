@@ -18,6 +18,7 @@ from ftqp.kernel.layout.enums import (
     IS_FROZEN,
     IS_LOCKED,
     IS_RUNAWAY,
+    STOPPED_BY_LAG,
     STOPPED_BY_SENSOR,
     TORQUE_DRIVE,
     VELOCITY_DRIVE,
@@ -85,17 +86,35 @@ def is_pushed(feedback: Any) -> bool:
 
 
 @jit
-def _is_near(K: Any, i: int) -> bool:
-    """Whether joint i, which takes torques, is where it should be: a loop that shakes is no lock."""
-    near = abs(K.state.q_command[i] - K.monitor.means[0, i]) < _excess(K, i)
-    return bool(K.feedback.kind == TORQUE_DRIVE and near)
+def is_near(K: Any, i: int) -> bool:
+    """Whether joint i is where it should be, but for noise and what friction may hold back."""
+    return bool(abs(K.state.q_command[i] - K.monitor.means[0, i]) < _excess(K, i))
+
+
+@jit
+def _may_be_carried(K: Any, i: int) -> bool:
+    """Whether joint i is to stand in a stop beside one that swings or ran away: that one may carry it off.
+
+    One that swung while the arm went on does not, if what stopped the arm is a joint that was too fast.
+    """
+    if K.watch.latched == 0:
+        return False
+    for j in range(K.chain.n):
+        found = K.monitor.found[j]
+        if j != i and (found == IS_RUNAWAY or (found == IS_FREE and K.watch.reason != STOPPED_BY_LAG)):
+            return True
+    return False
 
 
 @jit
 def _is_locked(K: Any, i: int) -> bool:
     """Joint i has not gone where it was sent, stands, and stands out."""
     M = K.monitor
-    if M.G_lock[i] <= M.level or not _others_move(K) or _holds_still(K, i) or _is_near(K, i):
+    if M.G_lock[i] <= M.level or not _others_move(K) or _holds_still(K, i):
+        return False
+    if K.feedback.kind == TORQUE_DRIVE and is_near(K, i):  # a loop that shakes is no lock
+        return False
+    if _may_be_carried(K, i):
         return False
     if may_stick(K, i) and not asks_all(K, i):
         return False
@@ -124,7 +143,7 @@ def _has_no_motor(K: Any, i: int) -> bool:
     too_fast = abs(M.v[i]) > (1.0 + OVERSPEED) * K.limits.v_max[i]
     if M.settles > 0 or M.G_free[i] <= M.level or M.rests[i] or abs(M.v[i]) <= MOVES or too_fast:
         return False
-    if is_pushed(K.feedback) or _holds_still(K, i) or _is_driven(K, i):
+    if is_pushed(K.feedback) or _holds_still(K, i) or _is_driven(K, i) or _may_be_carried(K, i):
         return False
     for j in range(K.chain.n):
         if M.found[j] == IS_FREE or (j != i and ALONE * M.G[j] > M.G_free[i]):
@@ -144,9 +163,9 @@ def _is_pushed_away(K: Any, i: int) -> bool:
 
 @jit
 def _runs_away(K: Any, i: int) -> bool:
-    """Joint i has been too fast for so long that its brake is asked for, and no other joint is too fast."""
+    """Joint i has been out of hand for so long that its brake is asked for, and no other joint is."""
     feedback = K.feedback
-    if feedback.asks[i] == 0:
+    if feedback.asks[i] == 0 or _may_be_carried(K, i):
         return False
     for j in range(K.chain.n):  # an arm that has gone out of hand is no joint's doing
         if j != i and works(K, j) and (feedback.asks[j] != 0 or feedback.persistence[TOO_FAST, j] > 0):
