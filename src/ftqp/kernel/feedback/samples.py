@@ -39,7 +39,6 @@ from ftqp.kernel.maths.elementary import (
     is_finite,
     larger,
     select,
-    smaller,
     whole_turns,
 )
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, load_lanes, store_lanes
@@ -148,7 +147,7 @@ def _noise(K: Any, usual: Any) -> Any:
 def _grain(known: Any, change: Any, noise: Any) -> Any:
     """The smallest step between samples that noise does not make, and with it that of a coarse encoder."""
     step = abs(change)
-    return select((step > noise) & ((step < known) | (known <= noise)), step, known)
+    return select((step > noise) & (step <= COARSEST) & ((step < known) | (known <= noise)), step, known)
 
 
 @jit
@@ -176,7 +175,7 @@ def _is_possible(
     if not top < inf:
         return True
     room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * sigma + ROOM
-    room += COARSEST if t > 0.5 * feedback.patience else min(feedback.grain[i], COARSEST)
+    room += COARSEST if t > 0.5 * feedback.patience else feedback.grain[i]
     way = sample - feedback.good[i]
     if feedback.unheard > 0.0 and abs(way) <= room:
         return True
@@ -204,7 +203,7 @@ def _time_error(K: Any, i: int, then: int) -> float:
         if j == i or K.faults.code[j] != HEALTHY or feedback.lost[j] or not is_finite(feedback.jump[j]):
             continue
         blur = SIGMAS * _noise(K, K.held.usual[j]) + ROOM
-        blur += min(feedback.grain[j], COARSEST)
+        blur += feedback.grain[j]
         v = K.past.v[then, j] / blur
         total -= v * feedback.jump[j] / blur
         known += v * v
@@ -246,7 +245,7 @@ def _has_jumped(K: Any, i: int, then: int, sigma: float) -> bool:
     Source: docs/theory/feedback.md, "Samples".
     """
     feedback, state, sample = K.feedback, K.state, K.state.q[i]
-    fixed = SIGMAS * sigma + ROOM + min(feedback.grain[i], COARSEST)
+    fixed = SIGMAS * sigma + ROOM + feedback.grain[i]
     t = feedback.age[i] * state.dt
     if feedback.age[i] == 1:
         known = K.held.sees > 1 and feedback.wide == 0.0 and abs(feedback.moved[i]) <= fixed
@@ -429,7 +428,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     if feedback.bad[i] == 0 or (not bad and feedback.kind != TORQUE_DRIVE):
         feedback.grain[i] = _grain(feedback.grain[i], sample - feedback.good[i], SIGMAS * sigma)
         way, seen = feedback.age[i] * state.dt * v, feedback.good[i]
-        room = SIGMAS * sigma + ROOM + min(feedback.grain[i], COARSEST)
+        room = SIGMAS * sigma + ROOM + feedback.grain[i]
         feedback.foretold[i] = way + (seen if abs(sample - seen - way) <= room else feedback.foretold[i])
         feedback.seen[i] = feedback.good[i] = sample
         feedback.offset[i] = sample - past.q[then, i]
@@ -462,7 +461,7 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
     sample, v, q = load_lanes(state.q, at), load_lanes(past.v[then], at), load_lanes(past.q[then], at)
     top = larger(larger(load_lanes(limits.v_max, at), abs(v)), abs(load_lanes(feedback.v_hat, at)))
     noise, grain = SIGMAS * _noise(K, load_lanes(K.held.usual, at)), load_lanes(feedback.grain, at)
-    fixed = noise + ROOM + smaller(grain, COARSEST)
+    fixed = noise + ROOM + grain
     room = SPEED_SHARE * dt * top + dt * dt * load_lanes(limits.a_max, at) + fixed
     way, good = dt * v, load_lanes(feedback.good, at)
     off = abs(sample - good - way)
