@@ -9,6 +9,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import HEALTHY, POSITION_DRIVE, STOPPED_BY_DEVIATION
 from ftqp.kernel.layout.hypotheses import LAGS
+from ftqp.kernel.layout.thresholds import SCALED_FROM
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
 
@@ -20,13 +21,9 @@ HELD_BACK = 0.5
 """A command that is held back from its reference by 0.8 of how far it may lead lets the path stand: sooner,
 the others would rest before it is clear who does not follow."""
 RATE_TIME = 0.05
-"""The rate approaches what is wanted with this time constant [s] ..."""
-FASTEST_FALL = 5.0
-FASTEST_RISE = 2.0
+"""A rate approaches what is wanted with this time constant [s] ..."""
+FASTEST_FALL, FASTEST_RISE = 5.0, 2.0
 """... but falls and rises by no more than these [1/s]."""
-FULL = 1e-6
-"""A rate nearer to 1 than this is 1. So that a rate that approaches 1 gets there, and its target is the given
-one, untouched."""
 DEVIATION_SAMPLES = 4
 """The arm is stopped when it is beyond the emergency thresholds on so many samples in a row."""
 
@@ -97,6 +94,12 @@ def measure_gap(K: Any) -> None:
         latch(watch, STOPPED_BY_DEVIATION)
 
 
+@jit
+def approach(rate: float, wanted: float, dt: float) -> float:
+    """How fast a rate changes towards what is wanted [1/s]."""
+    return min(max((wanted - rate) / max(RATE_TIME, dt), -FASTEST_FALL), FASTEST_RISE)
+
+
 @rare_jit
 def stand_by(feedback: Any) -> None:
     """The whole arm is held: there is no gap to be closed, nobody's patience ends, and the path stands."""
@@ -121,9 +124,9 @@ def wait(K: Any) -> None:
     wanted = min(max((1.0 - feedback.gap_filtered) / (1.0 - FULL_SPEED_TO), 0.0), 1.0)
     if wanted == 1.0 and feedback.rate == 1.0:
         return
-    change = min(max((wanted - feedback.rate) / max(RATE_TIME, dt), -FASTEST_FALL), FASTEST_RISE)
+    change = approach(feedback.rate, wanted, dt)
     rate = feedback.rate + dt * change
-    if rate > 1.0 - FULL:
+    if rate > SCALED_FROM:
         rate = 1.0
     feedback.rate_change = change
     feedback.rate = max(rate, 0.0)

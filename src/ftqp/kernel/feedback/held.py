@@ -14,7 +14,7 @@ from ftqp.kernel.feedback.persistence import reset_counter
 from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
-from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
+from ftqp.kernel.layout.thresholds import FASTEST, NOISE_LEVELS, RETURNS, ROUNDING, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, mul_add, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import (
     WIDTH,
@@ -41,12 +41,8 @@ FILTER = 0.006
 """Time constant [s] of the speed that samples show ..."""
 STANDS, STANDS_SIGMAS = 0.012, 3.0
 """A joint whose filtered speed is below this [rad/s or m/s], and so many standard deviations of a sample over
-the filter's time, is slow; ..."""
-PLACE_SIGMAS = 6.0
-"""... one that stays within so many standard deviations of a sample, four and more of the difference of two,
-of a place which goes after it at this speed, stands, at once and not when a filter has forgotten, ..."""
-ROUNDING = 1e-12
-"""Differences of samples below this [rad or m] are rounding."""
+the filter's time, is slow; one whose samples stay near a place which goes after them at this speed stands, at
+once and not when a filter has forgotten, ..."""
 SHOULD = 4.0
 """... and one that is sent so many times as fast, or as far, should move, or is seen to move; ..."""
 STEPS = 2.0
@@ -70,8 +66,6 @@ GROWS, GROWS_BY_TORQUE = 5e-4, 0.02
 on an arm that takes torques, whose spring is soft; ..."""
 HELD_VELOCITY = 0.02
 """... or so fast where it takes velocities [rad/s or m/s]."""
-BACK = 0.5
-"""Share of its speed limit at which the command goes back to a joint that is held."""
 GONE, GONE_SIGMAS = 6e-4, 8.0
 """A joint that goes so far ahead [rad or m], and so many standard deviations of a sample, was let go."""
 MOVED = 0.01
@@ -158,7 +152,7 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     still = STANDS + STANDS_SIGMAS / FILTER * sigma
     should = SHOULD * still
     near = _toward(load_lanes(held.near, at), sample, STANDS * dt)
-    left = works & (abs(sample - near) > PLACE_SIGMAS * sigma + ROUNDING)
+    left = works & (abs(sample - near) > NOISE_LEVELS * sigma + ROUNDING)
     store_lanes(held.near, at, select(works, select(left, sample, near), load_lanes(held.near, at)))
     stands = not any_of(silent)
     if any_of(left):
@@ -256,7 +250,7 @@ def _stay(K: Any, dt: float) -> bool:
             held.at[i] = held.last[i]
         q = held.at[i] + held.way[i] * ahead
         if feedback.kind == POSITION_DRIVE:
-            q = _toward(gate.q[i], q + held.baseline[i], BACK * top * dt)
+            q = _toward(gate.q[i], q + held.baseline[i], RETURNS * top * dt)
         low, high = min(limits.q_min[i], gate.q[i]), max(limits.q_max[i], gate.q[i])
         gate.q[i] = min(max(q, low), high)
     if released < min(2, faults.working):

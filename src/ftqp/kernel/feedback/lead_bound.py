@@ -1,6 +1,6 @@
 """The lead has a bound: the reference never runs away from a joint that does not follow it.
 
-What counts is how far the reference is ahead of the sample of its time, beside how far off it usually is;
+What counts is how far the reference is ahead of the sample of its time;
 behind position drives, how far the command would lead, beside what its servo explains.
 Where that would exceed the bound the joint brakes, and what is sent goes no farther.
 Source: docs/theory/feedback.md, "A whole arm that is held".
@@ -9,11 +9,11 @@ Source: docs/theory/feedback.md, "A whole arm that is held".
 from math import inf
 from typing import Any
 
-from ftqp.kernel.feedback.error_band import BAND_SIGMAS, BAND_TIME, ERROR_BAND
+from ftqp.kernel.feedback.error_band import BAND_TIME, ERROR_BAND
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, part_jit
-from ftqp.kernel.layout.enums import ACCELERATION, POSITION_DRIVE, TORQUE_DRIVE, VIABILITY
-from ftqp.kernel.layout.thresholds import GEAR, UNLIMITED
+from ftqp.kernel.layout.enums import ACCELERATION, POSITION_DRIVE, VIABILITY
+from ftqp.kernel.layout.thresholds import GEAR, NOISE_LEVELS, UNLIMITED
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.monitor.leading import seen_now, wanted
 from ftqp.kernel.monitor.servos import noise_of
@@ -23,10 +23,7 @@ REST_TIME = 0.01
 """The reference may be so far ahead of a joint at rest as that goes at its limit in this time [s], ..."""
 LEAST = 1.1 * ERROR_BAND
 """... or so far [rad or m], so that a joint that stands leaves its error band and is seen to lag; what the
-joint goes in ``BAND_TIME`` comes on top, ..."""
-LAGS = 2.0
-"""... but no farther than a servo of a known bandwidth w lags at the joint's limit without velocities, 2
-v_max/w."""
+joint goes in ``BAND_TIME`` comes on top."""
 
 
 @jit
@@ -36,11 +33,7 @@ def _room(K: Any, then: int, i: int) -> tuple[float, float]:
         return wanted(K, i) - seen_now(K, i), K.monitor.room[i]
     top = min(K.limits.v_max[i], UNLIMITED)
     most = max(REST_TIME * top, LEAST) + BAND_TIME * abs(K.state.v[i])
-    if K.feedback.servo < inf:
-        most = min(most, max(LAGS * top / K.feedback.servo, LEAST))
-    most += BAND_SIGMAS * max(K.feedback.sigma, K.held.sigma[i])
-    if K.feedback.kind != TORQUE_DRIVE:
-        most += abs(K.held.baseline[i])
+    most += NOISE_LEVELS * max(K.feedback.sigma, K.held.sigma[i])
     return K.past.q[then, i] - K.feedback.seen[i], most
 
 

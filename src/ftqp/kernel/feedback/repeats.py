@@ -10,7 +10,7 @@ from typing import Any
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
-from ftqp.kernel.layout.thresholds import COARSEST, FROZEN_SIGMAS
+from ftqp.kernel.layout.thresholds import COARSEST, NOISE_LEVELS
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 
@@ -235,7 +235,7 @@ def look_at_repeats(state: Any, limits: Any, feedback: Any, i: int, sample: floa
     odd = far > _normally(increment, way)
     if feedback.sigma > 0.0:
         travelled = abs(v) * same * state.dt
-        if odd and same >= FROZEN_SAMPLES and travelled > FROZEN_SIGMAS * feedback.sigma:
+        if odd and same >= FROZEN_SAMPLES and travelled > NOISE_LEVELS * feedback.sigma:
             feedback.held[i] = FROZEN
         return
     along = feedback.v_hat[i] * v > GOES_ALONG * v * v

@@ -8,11 +8,12 @@ from ftqp.kernel.feedback.error_band import redistribute_disturbance
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
 from ftqp.kernel.feedback.pairs import ALONE, NOISE_LEVELS, gain_reduced, partner, tracks_command
 from ftqp.kernel.feedback.persistence import has_persisted, persisted
+from ftqp.kernel.feedback.reference import rest_speed
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, PREDICTED, SILENT, TOUCHED
-from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
+from ftqp.kernel.layout.thresholds import LATELY, ROUNDING, STILL_SAMPLES
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 
 USUAL_TIME = 0.1
@@ -22,14 +23,10 @@ MISSING_SHARE = 0.03
 """A joint is suspected when it lacks this share of its torque limit, beside noise. Without this a joint whose
 motor fails unannounced throws the others off, too (docs/theory/feedback.md, "The torque drive")."""
 
-UNRESPONSIVE_STILL = 0.03
-"""Slower than this [rad/s or m/s], beside noise, it rests."""
 CLEARER, COMPARED_TIME = 4.0, 0.015
 """It obeys again when it moves as predicted, so much better (squared), in the mean over this time [s] ..."""
 MOVES = 0.1
 """... and by at least this speed [rad/s or m/s], beside noise."""
-SMALL = 1e-6
-"""Predictions as good as this [rad or m] are not compared."""
 
 
 @jit
@@ -185,7 +182,7 @@ def may_suspect(faults: Any, feedback: Any, chain: Any, state: Any) -> bool:
 @jit
 def _is_clearer(state: Any, feedback: Any, j: int) -> bool:
     """Whether that joint j obeys predicts its samples much better than that it does not."""
-    noise = NOISE_LEVELS * feedback.sigma + SMALL
+    noise = NOISE_LEVELS * feedback.sigma + ROUNDING
     clearer = feedback.dead_missed[j] > max(CLEARER * feedback.own_missed[j], noise * noise)
     slow = MOVES + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     moves = abs(feedback.own_v[j]) > slow and abs(feedback.v_hat[j]) > slow
@@ -199,8 +196,7 @@ def watch(K: Any, j: int, replaced: bool) -> None:
     if not feedback.asks[j]:
         _observe_own(K.state, K.limits, feedback, K.past, K.learned, j)
     stood = stands(feedback, j)
-    rest = UNRESPONSIVE_STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
-    feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest else 0
+    feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest_speed(feedback) else 0
     if stands(feedback, j) != stood:
         _retell(feedback, K.chain, K.past, j)
     if not feedback.asks[j]:

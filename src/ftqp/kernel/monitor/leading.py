@@ -23,7 +23,7 @@ from ftqp.kernel.layout.enums import (
     VIABILITY,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, UNLIMITED
+from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, RETURNS, UNLIMITED
 from ftqp.kernel.maths.elementary import is_finite, mul_add, sqrt, vector_view
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.monitor.servos import DROOP, block_time, may_stick, noise_of, variance
@@ -44,8 +44,6 @@ ALL = 0.99
 """A joint that leads by this share of its bound leads by all of it."""
 TURNS = 0.5
 """Servos that take velocities push a joint that is held by its excess in so long [s], and back."""
-BACK = 0.5
-"""Share of its speed limit at which the command goes back to a joint that was found to be held."""
 
 
 @jit
@@ -219,7 +217,7 @@ def keep_found(K: Any, i: int) -> bool:
     goal = M.place[i] + (M.tell[i] + M.droop[i] if K.feedback.kind == POSITION_DRIVE else 0.0)
     if M.found[i] != IS_LOCKED or not is_finite(goal):
         return False
-    way = BACK * K.state.dt * min(K.limits.v_max[i], UNLIMITED)
+    way = RETURNS * K.state.dt * min(K.limits.v_max[i], UNLIMITED)
     low, high = min(K.limits.q_min[i], last), max(K.limits.q_max[i], last)
     K.feedback.q_sent[i] = min(max(min(max(goal, last - way), last + way), low), high)
     K.feedback.v_sent[i] = 0.0
