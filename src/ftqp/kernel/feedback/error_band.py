@@ -4,13 +4,8 @@ from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.thresholds import NOISE_LEVELS
+from ftqp.kernel.layout.thresholds import BAND_TIME, ERROR_BAND, NOISE_LEVELS
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
-
-ERROR_BAND = 0.02
-"""A joint may always be this far [rad or m] from its command ..."""
-BAND_TIME = 0.1
-"""... farther by what its command moves in this time [s], and by the noise of its sensor."""
 
 
 @jit

@@ -80,11 +80,11 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     same moved  f8[N]
     increment  f8[N]  the smallest step between samples
     way  f8[N]  the farthest that the reference went while a working sensor repeated itself
-    restless  f8[N]  samples that jittered at rest
     going  f8[N]  speeds in a stop, in a short mean
     innovation own_missed dead_missed  f8[N]
     age  i8[N]
     held  i8[N]  samples that repeat are looked through, see ``ftqp.kernel.feedback.repeats``
+    restless  i8[N]  ... because its noise would have changed them
     jump  f8[N]  how far samples went beside what was sent since the last good ones
     step jumps  f8[N]  by how much an encoder that has jumped is off; by how much more it seems to be
     step_at  i8[N]  the tick at which that was found

@@ -59,6 +59,9 @@ beyond arms: what is faster is a wrong number."""
 MOST_ROWS: Final = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
 
+ERROR_BAND, BAND_TIME = 0.02, 0.1
+"""A joint may be this far [rad or m] from its command, farther by what that moves in this time [s], and by
+the noise of its sensor."""
 COARSEST: Final = 5e-3
 """No encoder has larger steps [rad or m]."""
 NOISE_OF_D: Final = sqrt(3.0) / 4.0
