@@ -11,10 +11,12 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import followers, mimic_places
 from ftqp.kernel.feedback.persistence import reset_counter
+from ftqp.kernel.feedback.reference import STILL
+from ftqp.kernel.feedback.repeats import KNOWN_FOR, LEAST
 from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
-from ftqp.kernel.layout.thresholds import FASTEST, NOISE_LEVELS, RETURNS, ROUNDING, UNLIMITED
+from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, NOISE_LEVELS, RETURNS, ROUNDING, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, mul_add, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import (
     WIDTH,
@@ -25,22 +27,16 @@ from ftqp.kernel.maths.side_by_side import (
     store_lanes,
     sum_of,
 )
-from ftqp.kernel.monitor.servos import as_before, strains
+from ftqp.kernel.monitor.servos import FRICTION, as_before, strains
+from ftqp.kernel.monitor.verdicts import BLURS, EXCESS, FRICTIONS, MOST
 
-LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
-"""Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
-sample's; what counts of one is at most so many times what was learned, and so much [rad2]; a joint whose
-encoder scatters by more than the last one [rad or m] has a sensor that fails."""
-RISES, FALLS, QUARTER, LEAST, UNKNOWN = 0.05, 0.15, 3.14, 3e-6, 1e-3
-"""A quarter of all differences is below what is usual: it rises by the first share where one is above, and
-falls by the second where it is not. Of normal ones a deviation is so many times a quarter; the least of all
-[rad or m] is that of ``LEAST_NOISE``, and before any was seen and nothing is stated it is the last one."""
-FIRST = 197
-"""What is learned of a torque arm's so many first samples is their mean, as of the later ones."""
+RISES, QUARTER = 0.05, 3.14
+"""A quarter of all differences is below what is usual: it rises by this share where one is above, and falls
+by three times that where it is not. Of normal ones a deviation is so many times a quarter."""
 FILTER = 0.006
 """Time constant [s] of the speed that samples show ..."""
-STANDS, STANDS_SIGMAS = 0.012, 3.0
-"""A joint whose filtered speed is below this [rad/s or m/s], and so many standard deviations of a sample over
+STANDS_SIGMAS = 3.0
+"""A joint whose filtered speed is below ``STILL``, and so many standard deviations of a sample over
 the filter's time, is slow; one whose samples stay near a place which goes after them at this speed stands, at
 once and not when a filter has forgotten, ..."""
 SHOULD = 4.0
@@ -57,17 +53,11 @@ ASKED, FAR = 0.1, 0.005
 servos need to show that they move; one such joint alone is locked, while the others rest."""
 USUAL_TIME = 0.2
 """Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it."""
-EXCESS, EXCESS_SIGMAS = 0.002, 12.0
-"""So far [rad or m] beside noise, which is more than twice ``GONE``, is a held arm sent ahead, ..."""
-MOST = 0.015
-"""... at most so far, ..."""
-GROWS, GROWS_BY_TORQUE = 5e-4, 0.02
-"""... and so much farther a second [rad/s or m/s], because dry friction may hold an arm that was let go; more
-on an arm that takes torques, whose spring is soft; ..."""
-HELD_VELOCITY = 0.02
-"""... or so fast where it takes velocities [rad/s or m/s]."""
-GONE, GONE_SIGMAS = 6e-4, 8.0
-"""A joint that goes so far ahead [rad or m], and so many standard deviations of a sample, was let go."""
+CREEPS = 0.02
+"""A held arm is sent ahead by the excess of a joint that is held, and where no servo makes up for what dry
+friction may hold, farther this fast [rad/s or m/s]; and so fast where it takes velocities."""
+GONE = 0.3
+"""A joint that goes this share of the excess ahead, and half of the noise that is in it, was let go."""
 MOVED = 0.01
 """A held joint that is farther from its place than it goes at its limit in this time [s] was moved there."""
 
@@ -84,7 +74,7 @@ def _forget(held: Any, n: int) -> None:
 @rare_jit
 def _begin(K: Any, then: int) -> None:
     """The first sample of an arm that does not follow to the last bit: it has followed until now."""
-    held, should = K.held, SHOULD * STANDS
+    held, should = K.held, SHOULD * STILL
     held.sees = 1
     for i in range(K.chain.n):
         v = K.past.v[then, i]
@@ -106,7 +96,8 @@ def _toward(value: Any, end: Any, most: Any) -> Any:
 def _learn_noise(K: Any, at: int, sample: Any, works: Any) -> Any:
     """The standard deviation of the samples of the joints from ``at`` on; never below the stated one.
 
-    By y - 3 y1 + 3 y2 - y3, and beside it by a quarter of them, which no few of any size change.
+    By y - 3 y1 + 3 y2 - y3, which has 20 times the variance of a sample, and beside it by a quarter of them,
+    which no few of any size change.
     """
     held, before = K.held, load_lanes(K.held.sigma, at)
     last, older, oldest = (
@@ -115,15 +106,15 @@ def _learn_noise(K: Any, at: int, sample: Any, works: Any) -> Any:
         load_lanes(held.older[1], at),
     )
     d, known = mul_add(-3.0, last - older, sample - oldest), before * before
-    share, most = LEARNS, mul_add(CLIP, known, LEAST_NOISE)
-    if K.feedback.kind == TORQUE_DRIVE and held.sees < FIRST:  # its loop passes noise on from the first tick
-        share, most = 1.0 / (3.0 + held.sees), NOISIEST * NOISIEST
+    share, most = 1.0 / KNOWN_FOR, mul_add(NOISE_LEVELS * NOISE_LEVELS, known, LEAST * LEAST)
+    if K.feedback.kind == TORQUE_DRIVE and held.sees < KNOWN_FOR:  # its loop passes on noise from the first
+        share, most = 1.0 / (3.0 + held.sees), COARSEST * COARSEST
     known = mul_add(share, smaller(0.05 * (d * d), most) - known, known)
-    sigma = select(works, larger(smaller(sqrt(known), NOISIEST), K.feedback.sigma), before)
+    sigma = select(works, larger(smaller(sqrt(known), COARSEST), K.feedback.sigma), before)
     store_lanes(held.sigma, at, sigma)
     usual = load_lanes(held.usual, at)
     above = QUARTER * QUARTER * 0.05 * (d * d) > usual * usual
-    usual = larger(usual * select(above, 1.0 + RISES, 1.0 - FALLS), LEAST)
+    usual = larger(usual * select(above, 1.0 + RISES, 1.0 - 3.0 * RISES), LEAST)
     store_lanes(held.usual, at, select(works, usual, load_lanes(held.usual, at)))
     store_lanes(held.older[1], at, select(works, older, oldest))
     store_lanes(held.older[0], at, select(works, last, older))
@@ -149,9 +140,9 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     sigma = _learn_noise(K, at, sample, works)
     if held.on:
         return not any_of(silent), 0.0, 0.0
-    still = STANDS + STANDS_SIGMAS / FILTER * sigma
+    still = STILL + STANDS_SIGMAS / FILTER * sigma
     should = SHOULD * still
-    near = _toward(load_lanes(held.near, at), sample, STANDS * dt)
+    near = _toward(load_lanes(held.near, at), sample, STILL * dt)
     left = works & (abs(sample - near) > NOISE_LEVELS * sigma + ROUNDING)
     store_lanes(held.near, at, select(works, select(left, sample, near), load_lanes(held.near, at)))
     stands = not any_of(silent)
@@ -174,7 +165,7 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     store_lanes(held.moved_lately, at, select(works, moved, before))
     way = sent - load_lanes(held.begun, at)
     just = (abs(v) > should) & (v * moved > 0.0) & (abs(way) > STEPS * load_lanes(feedback.increment, at))
-    most = FAR + EXCESS_SIGMAS * sigma + SHOULD * abs(sample - load_lanes(held.at, at))
+    most = FAR + BLURS * sigma + SHOULD * abs(sample - load_lanes(held.at, at))
     far = abs(way) > select(held.still > ASKED, most, inf)
     forward = select(select(just, v, way) > 0.0, 1.0, -1.0)
     store_lanes(held.way, at, select(works, forward, load_lanes(held.way, at)))
@@ -195,7 +186,7 @@ def _stands(K: Any, then: int, dt: float) -> bool:
     for at in range(0, K.chain.n, WIDTH):
         stand, more, just = _stands_block(K, at, then, dt)
         all_stand, asked, moved = all_stand and stand, asked + more, moved + just
-    held.sees = min(held.sees + 1, FIRST)
+    held.sees = min(held.sees + 1, KNOWN_FOR)
     held.still += dt
     if not all_stand:
         held.still = 0.0
@@ -234,13 +225,14 @@ def hold(K: Any) -> None:
 def _stay(K: Any, dt: float) -> bool:
     """A tick of an arm that is held: where it is sent, and whether it is still held."""
     held, feedback, faults, gate, limits = K.held, K.feedback, K.faults, K.gate, K.limits
-    grows = GROWS_BY_TORQUE if feedback.kind == TORQUE_DRIVE else GROWS
-    held.ahead = min(held.ahead + grows * dt, MOST)
+    servo = feedback.kind == POSITION_DRIVE
+    held.ahead += 0.0 if servo else CREEPS * dt
     released = asked = 0
     for k in range(faults.working):
         i = faults.order[k]
-        ahead = held.ahead + EXCESS_SIGMAS * held.sigma[i]
-        far = GONE + GONE_SIGMAS * held.sigma[i]
+        friction = FRICTIONS * max(K.monitor.theta[i, FRICTION], 0.0) if servo else 0.0
+        ahead = min(held.ahead + BLURS * held.sigma[i] + friction, MOST)
+        far = GONE * EXCESS + 0.5 * BLURS * held.sigma[i]
         top = min(limits.v_max[i], UNLIMITED)
         off = held.last[i] - held.at[i]
         if held.way[i] * off > far:
@@ -249,7 +241,7 @@ def _stay(K: Any, dt: float) -> bool:
         elif abs(off) > MOVED * top + far:
             held.at[i] = held.last[i]
         q = held.at[i] + held.way[i] * ahead
-        if feedback.kind == POSITION_DRIVE:
+        if servo:
             q = _toward(gate.q[i], q + held.baseline[i], RETURNS * top * dt)
         low, high = min(limits.q_min[i], gate.q[i]), max(limits.q_max[i], gate.q[i])
         gate.q[i] = min(max(q, low), high)
@@ -299,7 +291,7 @@ def watch_arm(K: Any, first: bool) -> None:
         if first:
             for i in range(K.chain.n):
                 held.sigma[i] = feedback.sigma
-                held.usual[i] = feedback.sigma if feedback.sigma > 0.0 else UNKNOWN
+                held.usual[i] = feedback.sigma if feedback.sigma > 0.0 else COARSEST
         return
     held.since += K.state.dt
     if K.state.unusable == NOTHING_HEARD or is_blind(feedback):

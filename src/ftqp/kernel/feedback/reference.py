@@ -11,8 +11,8 @@ from ftqp.kernel.maths.elementary import any_of, is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 
 STILL = 0.01
-"""A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests after
-``STILL_SAMPLES``."""
+"""A joint that is observed to be slower than this [rad/s or m/s], beside noise, may as well stand; a locked
+one rests after ``STILL_SAMPLES``."""
 FOLLOW = 0.05
 """A resting joint's place in the reference takes this share of what the sensor says each tick, so that noise
 does not reach the others."""

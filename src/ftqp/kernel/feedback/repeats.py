@@ -13,17 +13,16 @@ from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
 from ftqp.kernel.layout.thresholds import BAND_TIME, COARSEST, ERROR_BAND
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
+from ftqp.kernel.monitor.verdicts import MOVES
 
 NORMAL = 2.0
 """A number that repeats while the reference goes so many times as far as it normally does is odd ..."""
 LEAST = 1e-6
 """... and by this [rad or m] more, finer than encoders, so that rounding of a joint that rests is not."""
-MOVES = 0.1
-"""An odd number is looked through, lest feedback drive the joint away, if the reference is this fast [rad/s
-or m/s]; a slower joint is driven away slowly ..."""
 GOES_ALONG = 0.25
-"""... and the joint was seen to go along, with this share of that speed: one that sticks needs its feedback
-to come loose; ..."""
+"""An odd number is looked through, lest feedback drive the joint away, if the reference is so fast that it
+shows, as a slower joint is driven away slowly, and the joint was seen to go along, with this share of that
+speed: one that sticks needs its feedback to come loose; ..."""
 SUDDEN = 0.01
 """... and within this time [s] of its first repeat, because a joint that sticks while the reference turns
 round has stood for longer when that is fast again."""
@@ -37,7 +36,8 @@ loose before."""
 RAREST = 0.01
 """The least chance of a repeat that is believed, as a line may repeat a sample now and then."""
 KNOWN_FOR = 200
-"""More repeats tell no more, as the noise that was learned before fades meanwhile."""
+"""So many samples tell their noise, to a twentieth: it is learned as the mean of so many. More repeats tell
+no more, as what was learned before fades meanwhile."""
 IN_DOUBT = 0.25
 """Of patience a sample costs this share where the joint may as well stand, so that a detector has 80 ms to
 find a lock: four times what one took."""
