@@ -21,8 +21,6 @@ WORDS = {
     FaultKind.SENSOR_DROPPED: "has an encoder that gives no numbers",
 }
 """What is said of a joint by what was found of it."""
-TOUCHES = 3
-"""So many ticks in a row speak for a touch. A convention, because single ones flicker."""
 
 
 @final
@@ -157,7 +155,7 @@ class Diagnosis:
     @property
     def touched(self) -> bool:
         """Whether a force at the end effector, and no joint, explains what is unusual: it is pushed."""
-        return int(self._K.feedback.touched) >= TOUCHES
+        return bool(self._K.feedback.touched)
 
     @property
     def isolated(self) -> Mapping[str, Finding]:

@@ -18,6 +18,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.thresholds import FASTEST, SCALED_FROM
 from ftqp.kernel.maths.elementary import mul_add
 from ftqp.kernel.maths.linear_systems import assign
+from ftqp.kernel.monitor.leading import CATCHES_UP
 
 LATEST = 1.0
 """Targets are played back at most this late [s]; then the arm is stopped."""
@@ -25,10 +26,9 @@ LATEST = 1.0
 LONGEST = 60.0
 """An arm that is held for longer [s] is stopped in the end; a stop lasts for as long as it is wanted."""
 
-CATCHING_UP = 0.25
-"""While the arm follows again, lost time is made up with at most this much beside the targets' speed ..."""
 CATCHING_UP_RATE = 2.0
-"""... or this share of the lost time a second ..."""
+"""While the arm follows again, this share of the lost time is made up a second, at most with the share
+``CATCHES_UP`` of the targets' speed ..."""
 CATCHING_UP_LEAST = 0.01
 """... but no slower than this, so that it ends."""
 
@@ -178,7 +178,7 @@ def _catch_up(K: Any) -> float:
     feedback, dt = K.feedback, K.state.dt
     wanted = 0.0
     if feedback.rate > SCALED_FROM and feedback.late > 0.0:
-        wanted = min(CATCHING_UP, max(CATCHING_UP_RATE * feedback.late, CATCHING_UP_LEAST))
+        wanted = min(CATCHES_UP, max(CATCHING_UP_RATE * feedback.late, CATCHING_UP_LEAST))
     change = approach(feedback.up, wanted, dt)
     feedback.up = max(feedback.up + dt * change, 0.0)
     return change

@@ -23,7 +23,7 @@ from ftqp.kernel.layout.enums import (
     VIABILITY,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, RETURNS, UNLIMITED
+from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, RETURNS, SCALED_FROM, UNLIMITED
 from ftqp.kernel.maths.elementary import is_finite, mul_add, sqrt, vector_view
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.monitor.servos import DROOP, block_time, may_stick, noise_of, variance
@@ -31,17 +31,13 @@ from ftqp.kernel.rows.joint_intervals import narrow
 
 BLENDS = 4.0
 """What is believed comes into the command over so many looks: nothing that is believed switches."""
-LAGS, TOLD_LEAST = 2.0, 0.01
-"""A servo of a stated bandwidth w lags by 2 v_max/w at most: no command leads it by more, nor need it
-lead by less than a joint goes in the second time [s]."""
 SHOWS, SHOWS_MOST = 0.004, 0.02
 """A command may always lead by what the joint goes at its limit in this time [s]: one that led by less would
 hide a fault, as what is learned of the droop would follow it. Nor by less than what the
 evidence counts, up to the second time."""
 CATCHES_UP = 0.25
-"""Beside its speed a joint catches up with this share of its limit, and what is believed comes in so fast."""
-ALL = 0.99
-"""A joint that leads by this share of its bound leads by all of it."""
+"""Beside its speed a joint catches up with this share of its limit, what is believed comes in so fast, and so
+are late targets made up for."""
 TURNS = 0.5
 """Servos that take velocities push a joint that is held by its excess in so long [s], and back."""
 
@@ -68,8 +64,6 @@ def aim(K: Any, i: int) -> None:
     room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
     room += sqrt(variance(P, phi)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
     room = max(room, SHOWS * top, min(MOST_SHIFT * sqrt(M.S_sharp[i]), SHOWS_MOST * top))
-    if K.feedback.servo < inf:
-        room = min(room, max(LAGS * top / K.feedback.servo, TOLD_LEAST * top))
     M.room[i] = room
 
 
@@ -148,7 +142,7 @@ def wanted(K: Any, i: int) -> float:
 def asks_all(K: Any, i: int) -> bool:
     """Whether the command leads joint i, which rests, by as much as it may."""
     M = K.monitor
-    return bool(M.rests[i] and abs(K.gate.sent[i] - seen_now(K, i)) > ALL * M.room[i])
+    return bool(M.rests[i] and abs(K.gate.sent[i] - seen_now(K, i)) > SCALED_FROM * M.room[i])
 
 
 @jit
