@@ -27,37 +27,32 @@ from ftqp.kernel.maths.side_by_side import (
     store_lanes,
     sum_of,
 )
+from ftqp.kernel.monitor.evidence import USUAL_TIME
 from ftqp.kernel.monitor.servos import FRICTION, as_before, strains
-from ftqp.kernel.monitor.verdicts import BLURS, EXCESS, FRICTIONS, MOST
+from ftqp.kernel.monitor.verdicts import BLURS, EXCESS, FRICTIONS, MOST, WENT
 
 RISES, QUARTER = 0.05, 3.14
 """A quarter of all differences is below what is usual: it rises by this share where one is above, and falls
 by three times that where it is not. Of normal ones a deviation is so many times a quarter."""
-FILTER = 0.006
-"""Time constant [s] of the speed that samples show ..."""
-STANDS_SIGMAS = 3.0
-"""A joint whose filtered speed is below ``STILL``, and so many standard deviations of a sample over
-the filter's time, is slow; one whose samples stay near a place which goes after them at this speed stands, at
+STOOD, SAMPLES = 0.012, 2.0
+"""For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
+shows nothing."""
+FILTER = 0.5 * STOOD
+"""Time constant [s] of the speed that samples show. A joint that is slower in it than ``STILL``, noise aside,
+is slow; one whose samples stay near a place which goes after them at this speed stands, at
 once and not when a filter has forgotten, ..."""
 SHOULD = 4.0
 """... and one that is sent so many times as fast, or as far, should move, or is seen to move; ..."""
 STEPS = 2.0
 """... once it was sent by so many of its encoder's smallest steps, as a slow one repeats itself."""
-STOOD, SAMPLES = 0.012, 2.0
-"""For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
-shows nothing, ..."""
 JUST = 0.05
-"""... those that moved not longer ago than this [s], or than twice so many ticks, ..."""
+"""Those count that moved not longer ago than this [s], or than twice so many ticks, ..."""
 ASKED, FAR = 0.1, 0.005
 """... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
 servos need to show that they move; one such joint alone is locked, while the others rest."""
-USUAL_TIME = 0.2
-"""Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it."""
 CREEPS = 0.02
 """A held arm is sent ahead by the excess of a joint that is held, and where no servo makes up for what dry
 friction may hold, farther this fast [rad/s or m/s]; and so fast where it takes velocities."""
-GONE = 0.3
-"""A joint that goes this share of the excess ahead, and half of the noise that is in it, was let go."""
 MOVED = 0.01
 """A held joint that is farther from its place than it goes at its limit in this time [s] was moved there."""
 
@@ -140,7 +135,7 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     sigma = _learn_noise(K, at, sample, works)
     if held.on:
         return not any_of(silent), 0.0, 0.0
-    still = STILL + STANDS_SIGMAS / FILTER * sigma
+    still = STILL + NOISE_LEVELS / FILTER * sigma
     should = SHOULD * still
     near = _toward(load_lanes(held.near, at), sample, STILL * dt)
     left = works & (abs(sample - near) > NOISE_LEVELS * sigma + ROUNDING)
@@ -232,7 +227,7 @@ def _stay(K: Any, dt: float) -> bool:
         i = faults.order[k]
         friction = FRICTIONS * max(K.monitor.theta[i, FRICTION], 0.0) if servo else 0.0
         ahead = min(held.ahead + BLURS * held.sigma[i] + friction, MOST)
-        far = GONE * EXCESS + 0.5 * BLURS * held.sigma[i]
+        far = WENT * (EXCESS + BLURS * held.sigma[i])
         top = min(limits.v_max[i], UNLIMITED)
         off = held.last[i] - held.at[i]
         if held.way[i] * off > far:

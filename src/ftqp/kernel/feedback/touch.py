@@ -7,15 +7,15 @@ from ftqp.kernel.feedback.doubt import EXPLAINS, UNUSUAL, noise_of_missing
 from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.hypotheses import ALONE_AGAIN, TOUCHED
-from ftqp.kernel.layout.thresholds import NOISE_LEVELS
+from ftqp.kernel.layout.thresholds import NOISE_LEVELS, ROUNDING
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.monitor.verdicts import PUSHES
 
 BETTER = 0.3
 """A force at the tip leaves no more than this share of what the best single motor leaves, because three
-numbers explain more than one by themselves. A touch is over once no torque is half of what is unusual."""
-RIDGE = 1e-6
-"""Of the trace, so that a direction in which the arm is singular has a force, too: rounding."""
+numbers explain more than one by themselves."""
+OVER = 0.25
+"""A touch is over at this share of the most that it was, or at half of what is unusual."""
 FEWEST = 5
 """Of fewer joints three numbers explain nearly everything."""
 ADOPTED = 0.5
@@ -38,7 +38,7 @@ def _force(feedback: Any, kinematics: Any, scratch: Any, n: int, r: Any, share: 
             out[a] += w * J[a, i] * r[i]
             for b in range(a + 1):
                 S[a, b] += w * J[a, i] * J[b, i]
-    ridge = RIDGE * (S[0, 0] + S[1, 1] + S[2, 2])
+    ridge = ROUNDING * (S[0, 0] + S[1, 1] + S[2, 2])  # where the arm is singular there is a force, too
     for a in range(3):
         S[a, a] += ridge
     asked0, asked1, asked2 = out[0], out[1], out[2]
@@ -91,11 +91,14 @@ def detect_touch(K: Any) -> None:
     pushed = is_push(K, feedback.missing) and not _is_noise(K)
     if persisted(K.state, feedback, TOUCHED, 0, pushed) and not feedback.touched:
         feedback.touched = 1
+        feedback.strongest = 0.0
         feedback.persistence[ALONE_AGAIN, 0] = 0
     if not feedback.touched:
         return
     feedback.touched += 1
-    if persisted(K.state, feedback, ALONE_AGAIN, 0, size < 0.5 * UNUSUAL):
+    feedback.strongest = max(feedback.strongest, size)
+    little = OVER * max(feedback.strongest, 2.0 * UNUSUAL)
+    if persisted(K.state, feedback, ALONE_AGAIN, 0, size < little):
         feedback.touched = 0
     elif feedback.touched * K.state.dt > PUSHES:
         adopt(K)

@@ -15,9 +15,7 @@ from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, SILENT, TOUCHED
 from ftqp.kernel.layout.thresholds import LATELY, NOISE_LEVELS, STILL_SAMPLES
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
-
-USUAL_TIME = 0.1
-"""What has disturbed a joint for so long [s] is a load, not a fault."""
+from ftqp.kernel.monitor.evidence import USUAL_TIME
 
 
 @jit

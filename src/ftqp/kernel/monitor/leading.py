@@ -23,7 +23,7 @@ from ftqp.kernel.layout.enums import (
     VIABILITY,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, RETURNS, SCALED_FROM, UNLIMITED
+from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, RETURNS, UNLIMITED
 from ftqp.kernel.maths.elementary import is_finite, mul_add, sqrt, vector_view
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.monitor.servos import DROOP, block_time, may_stick, noise_of, variance
@@ -38,6 +38,8 @@ evidence counts, up to the second time."""
 CATCHES_UP = 0.25
 """Beside its speed a joint catches up with this share of its limit, what is believed comes in so fast, and so
 are late targets made up for."""
+ALL = 0.99
+"""A joint that leads by this share of its bound leads by all of it."""
 TURNS = 0.5
 """Servos that take velocities push a joint that is held by its excess in so long [s], and back."""
 
@@ -142,7 +144,7 @@ def wanted(K: Any, i: int) -> float:
 def asks_all(K: Any, i: int) -> bool:
     """Whether the command leads joint i, which rests, by as much as it may."""
     M = K.monitor
-    return bool(M.rests[i] and abs(K.gate.sent[i] - seen_now(K, i)) > SCALED_FROM * M.room[i])
+    return bool(M.rests[i] and abs(K.gate.sent[i] - seen_now(K, i)) > ALL * M.room[i])
 
 
 @jit
