@@ -13,8 +13,6 @@ from ftqp.kernel.layout.thresholds import SCALED_FROM
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
 
-FILTER = 0.01
-"""Time constant of the gap's low-pass filter [s]."""
 FULL_SPEED_TO = 0.6
 """Up to this gap the path runs at full speed; it stands at a gap of 1."""
 RATE_TIME = 0.05
@@ -99,8 +97,7 @@ def approach(rate: float, wanted: float, dt: float) -> float:
 @rare_jit
 def stand_by(feedback: Any) -> None:
     """The whole arm is held: there is no gap to be closed, nobody's patience ends, and the path stands."""
-    feedback.gap = feedback.gap_filtered = 0.0
-    feedback.rate = feedback.rate_change = 0.0
+    feedback.gap = feedback.rate = feedback.rate_change = 0.0
     feedback.far = 0
 
 
@@ -108,16 +105,15 @@ def stand_by(feedback: Any) -> None:
 def wait(K: Any) -> None:
     """The rate of the path: 1 up to a gap of 0.6, 0 at a gap of 1, changing smoothly.
 
-    g_f' = (g - g_f)/10 ms; rate' = clip((clip((1 - g_f)/0.4, 0, 1) - rate)/0.05 s, -5, 2). During a stop it
-    rests. A path waits for as long as it takes: that an arm lags is never a reason to stop it.
+    rate' = clip((clip((1 - g)/0.4, 0, 1) - rate)/0.05 s, -5, 2). During a stop it rests. A path waits for as
+    long as it takes: that an arm lags is never a reason to stop it.
     Source: docs/theory/feedback.md, "The gap".
     """
     watch, feedback, dt = K.watch, K.feedback, K.state.dt
     feedback.rate_change = 0.0
     if watch.latched:
         return
-    feedback.gap_filtered += min(1.0, dt / FILTER) * (feedback.gap - feedback.gap_filtered)
-    wanted = min(max((1.0 - feedback.gap_filtered) / (1.0 - FULL_SPEED_TO), 0.0), 1.0)
+    wanted = min(max((1.0 - feedback.gap) / (1.0 - FULL_SPEED_TO), 0.0), 1.0)
     if wanted == 1.0 and feedback.rate == 1.0:
         return
     change = approach(feedback.rate, wanted, dt)

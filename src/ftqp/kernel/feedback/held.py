@@ -46,10 +46,7 @@ SHOULD = 4.0
 STEPS = 2.0
 """... once it was sent by so many of its encoder's smallest steps, as a slow one repeats itself."""
 JUST = 0.05
-"""Those count that moved not longer ago than this [s], or than twice so many ticks, ..."""
-ASKED, FAR = 0.1, 0.005
-"""... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
-servos need to show that they move; one such joint alone is locked, while the others rest."""
+"""Those count that moved not longer ago than this [s], or than twice so many ticks."""
 CREEPS = 0.02
 """A held arm is sent ahead by the excess of a joint that is held, and where no servo makes up for what dry
 friction may hold, farther this fast [rad/s or m/s]; and so fast where it takes velocities."""
@@ -60,7 +57,7 @@ MOVED = 0.01
 @jit
 def _forget(held: Any, n: int) -> None:
     """Nothing has been seen of the arm lately."""
-    held.stood = held.still = held.since = 0.0
+    held.stood = held.since = 0.0
     held.sees = 0
     for i in range(n):
         held.asked[i] = held.moved_lately[i] = 0.0
@@ -77,7 +74,7 @@ def _begin(K: Any, then: int) -> None:
         held.speed[i] = v
         held.baseline[i] = 0.0
         held.older[0, i] = held.older[1, i] = held.last[i]
-        held.begun[i], held.at[i], held.near[i] = K.past.q[then, i], held.last[i], held.last[i]
+        held.begun[i], held.near[i] = K.past.q[then, i], held.last[i]
         held.moved_lately[i] = 0.0 if abs(v) < should else (JUST if v > 0.0 else -JUST)
 
 
@@ -160,11 +157,9 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     store_lanes(held.moved_lately, at, select(works, moved, before))
     way = sent - load_lanes(held.begun, at)
     just = (abs(v) > should) & (v * moved > 0.0) & (abs(way) > STEPS * load_lanes(feedback.increment, at))
-    most = FAR + BLURS * sigma + SHOULD * abs(sample - load_lanes(held.at, at))
-    far = abs(way) > select(held.still > ASKED, most, inf)
     forward = select(select(just, v, way) > 0.0, 1.0, -1.0)
     store_lanes(held.way, at, select(works, forward, load_lanes(held.way, at)))
-    asked = select(just | far, 1.0, 0.0)
+    asked = select(just, 1.0, 0.0)
     store_lanes(held.asked, at, select(works, asked, load_lanes(held.asked, at)))
     leads = works & ~followers(K.chain, at) if K.chain.mimics else works
     moved = select(leads & just & ~is_set(feedback.bad, at), asked, 0.0)
@@ -182,12 +177,9 @@ def _stands(K: Any, then: int, dt: float) -> bool:
         stand, more, just = _stands_block(K, at, then, dt)
         all_stand, asked, moved = all_stand and stand, asked + more, moved + just
     held.sees = min(held.sees + 1, KNOWN_FOR)
-    held.still += dt
     if not all_stand:
-        held.still = 0.0
         for at in range(0, K.chain.n, WIDTH):
             store_lanes(held.begun, at, load_lanes(K.past.q[then], at))
-            store_lanes(held.at, at, load_lanes(held.last, at))
     alone = moved > 0.0 and held.alone == 0
     return bool(all_stand and asked >= min(1 if alone else 2, K.faults.working))
 

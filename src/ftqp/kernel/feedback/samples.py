@@ -96,7 +96,7 @@ def begin(K: Any) -> None:
     feedback.now = 0
     feedback.refused = feedback.holding = feedback.exact = feedback.lagging = feedback.far = 0
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
-    feedback.silent = feedback.wide = feedback.thrown = feedback.gap_filtered = 0.0
+    feedback.silent = feedback.wide = feedback.thrown = 0.0
     feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
