@@ -3,16 +3,19 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.doubt import TORQUE_NOISE, bounded_limit
+from ftqp.kernel.feedback.doubt import bounded_limit
 from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 
 LEAST_MISSED = 1e-3
 """Mean square of what the equations miss at least, in units of ``TORQUE_NOISE``."""
+FRICTION_PACE = 0.006
+"""Share of the torque limit by which an estimate of the friction may change without news: with 0.01 wrists
+that an impact had thrown came back faster than their limits."""
 ROTOR_PACE = 0.03
 """Inertia [kg m2 or kg] by which an estimate of a rotor may change without news ..."""
 MASS_PACE = 0.3
-"""... and mass [kg] of a load; friction may by what is noise of torques."""
+"""... and mass [kg] of a load."""
 BESIDE_TIP = 0.02
 """First moment [kg m] of a load that may change so, and that it is taken to have beside the tip, across the
 last joint's axis, as long as nothing says more: a kilogram two centimetres off. An arm that hardly moves says
@@ -25,7 +28,7 @@ MOST_DOUBTS = 10.0
 def _own(learned: Any, limits: Any, i: int) -> tuple[float, float, float, float, float]:
     """Information of rotor and friction of joint i, with that of staying where they are: P (3) and r (2)."""
     information, moment = learned.information[i], learned.moment[i]
-    pace = TORQUE_NOISE * bounded_limit(limits, i)
+    pace = FRICTION_PACE * bounded_limit(limits, i)
     stay, stay_f = 1.0 / (ROTOR_PACE * ROTOR_PACE), 1.0 / (pace * pace)
     return (
         max(information[0, 0], 0.0) + stay,

@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.doubt import EXPLAINS, UNUSUAL, doubt
+from ftqp.kernel.feedback.doubt import CLEAR, EXPLAINS, UNUSUAL, doubt
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.jit import jit, rare_jit
@@ -60,7 +60,7 @@ def _missing(K: Any) -> int:
             worst, most = i, energy
     if worst < 0 or most < EXPLAINS * total or abs(missing[worst]) < UNUSUAL * limits.tau_max[worst]:
         return -1
-    far = NOISE_LEVELS * sqrt(doubt(K, worst, feedback.missing_noise))
+    far = CLEAR * sqrt(doubt(K, worst, feedback.missing_noise))
     return worst if abs(missing[worst]) > far else -1
 
 

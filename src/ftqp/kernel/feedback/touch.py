@@ -3,11 +3,11 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.doubt import EXPLAINS, UNUSUAL, noise_of_missing
+from ftqp.kernel.feedback.doubt import CLEAR, EXPLAINS, UNUSUAL, noise_of_missing
 from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.hypotheses import ALONE_AGAIN, TOUCHED
-from ftqp.kernel.layout.thresholds import NOISE_LEVELS, ROUNDING
+from ftqp.kernel.layout.thresholds import ROUNDING
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.monitor.verdicts import PUSHES
 
@@ -117,6 +117,6 @@ def _is_noise(K: Any) -> bool:
     feedback = K.feedback
     for i in range(K.chain.n):
         noise = noise_of_missing(K, i, feedback.missing_noise)
-        if feedback.missing[i] * feedback.missing[i] > NOISE_LEVELS * NOISE_LEVELS * noise:
+        if feedback.missing[i] * feedback.missing[i] > CLEAR * CLEAR * noise:
             return False
     return True

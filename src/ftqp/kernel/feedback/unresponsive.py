@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.doubt import EXPLAINS, UNUSUAL, doubt
+from ftqp.kernel.feedback.doubt import CLEAR, EXPLAINS, UNUSUAL, doubt
 from ftqp.kernel.feedback.error_band import redistribute_disturbance
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
 from ftqp.kernel.feedback.pairs import gain_reduced, partner, tracks_command
@@ -13,7 +13,7 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, SILENT, TOUCHED
-from ftqp.kernel.layout.thresholds import LATELY, NOISE_LEVELS, STILL_SAMPLES
+from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 from ftqp.kernel.monitor.evidence import USUAL_TIME
 
@@ -112,7 +112,7 @@ def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, learned: Any
 def unusual(K: Any) -> int:
     """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
 
-    rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.02 tau_max and 6 standard deviations of what a
+    rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.02 tau_max and 4 standard deviations of what a
     healthy joint may seem to lack. While the tip is touched what is usual stays. A joint that mimics another
     has no motor.
     """
@@ -147,7 +147,7 @@ def unusual(K: Any) -> int:
         return -1
     if most < EXPLAINS * total or abs(found) < UNUSUAL * limits.tau_max[worst]:
         return -1
-    return worst if abs(found) > NOISE_LEVELS * sqrt(doubt(K, worst, feedback.felt_noise)) else -1
+    return worst if abs(found) > CLEAR * sqrt(doubt(K, worst, feedback.felt_noise)) else -1
 
 
 @jit
