@@ -11,12 +11,11 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import followers, mimic_places
 from ftqp.kernel.feedback.persistence import reset_counter
-from ftqp.kernel.feedback.reference import STILL
 from ftqp.kernel.feedback.repeats import KNOWN_FOR, LEAST
 from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
-from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, NOISE_LEVELS, RETURNS, ROUNDING, UNLIMITED
+from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, NOISE_LEVELS, RETURNS, ROUNDING, STILL, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, mul_add, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import (
     WIDTH,

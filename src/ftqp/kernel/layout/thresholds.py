@@ -75,8 +75,10 @@ falls (docs/theory/feedback.md, "The torque drive")."""
 PUSHED: Final = 0.1
 """A torque arm's joint that sticks is taken for one with more and more friction, up to this share of its
 torque limit."""
+STILL: Final = 0.01
+"""A joint that is seen to be slower than this [rad/s or m/s], beside noise, may as well stand; ..."""
 STILL_SAMPLES: Final = 8
-"""A locked joint that has been seen to rest for so many samples stands."""
+"""... a failed one that has been seen to rest for so many samples does."""
 
 FREE_SHARE: Final = 1e-3
 """Weight of a free-swinging joint as a share of the others': its own row decides what it does."""
@@ -106,6 +108,8 @@ GEAR: Final = 2e-4
 LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
 """Standard deviations of the shifts that the evidence tests: below, learning takes them; above, all are
 clear."""
+MONITOR_POLES: Final = 3.0
+"""Poles in a row behind which the monitor looks: it is so many time constants late, and forgets in as much."""
 SUSPECTS: Final = 0.3
 """From this share of the evidence that decides on, a joint is said to be suspected."""
 BESIDE: Final = 1e-6
