@@ -28,7 +28,7 @@ from ftqp.kernel.maths.side_by_side import (
 )
 from ftqp.kernel.monitor.evidence import USUAL_TIME
 from ftqp.kernel.monitor.servos import FRICTION, as_before, strains
-from ftqp.kernel.monitor.verdicts import BLURS, EXCESS, FRICTIONS, MOST, WENT
+from ftqp.kernel.monitor.verdicts import BLURS, EXCESS, FRICTIONS, MOST
 
 RISES, QUARTER = 0.05, 3.14
 """A quarter of all differences is below what is usual: it rises by this share where one is above, and falls
@@ -36,9 +36,9 @@ by three times that where it is not. Of normal ones a deviation is so many times
 STOOD, SAMPLES = 0.012, 2.0
 """For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
 shows nothing."""
-FILTER = 0.5 * STOOD
-"""Time constant [s] of the speed that samples show. A joint that is slower in it than ``STILL``, noise aside,
-is slow; one whose samples stay near a place which goes after them at this speed stands, at
+FILTER, STANDS_SIGMAS = 0.5 * STOOD, 3.0
+"""Time constant [s] of the speed that samples show. A joint that is slower in it than ``STILL``, and so many
+standard deviations of a sample over that time, is slow; one whose samples stay near a place which goes after them at this speed stands, at
 once and not when a filter has forgotten, ..."""
 SHOULD = 4.0
 """... and one that is sent so many times as fast, or as far, should move, or is seen to move; ..."""
@@ -49,6 +49,8 @@ JUST = 0.05
 CREEPS = 0.02
 """A held arm is sent ahead by the excess of a joint that is held, and where no servo makes up for what dry
 friction may hold, farther this fast [rad/s or m/s]; and so fast where it takes velocities."""
+GONE, GONE_SIGMAS = 6e-4, 8.0
+"""A joint that goes so far ahead [rad or m], and so many standard deviations of a sample, was let go."""
 MOVED = 0.01
 """A held joint that is farther from its place than it goes at its limit in this time [s] was moved there."""
 
@@ -131,7 +133,7 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     sigma = _learn_noise(K, at, sample, works)
     if held.on:
         return not any_of(silent), 0.0, 0.0
-    still = STILL + NOISE_LEVELS / FILTER * sigma
+    still = STILL + STANDS_SIGMAS / FILTER * sigma
     should = SHOULD * still
     near = _toward(load_lanes(held.near, at), sample, STILL * dt)
     left = works & (abs(sample - near) > NOISE_LEVELS * sigma + ROUNDING)
@@ -218,7 +220,7 @@ def _stay(K: Any, dt: float) -> bool:
         i = faults.order[k]
         friction = FRICTIONS * max(K.monitor.theta[i, FRICTION], 0.0) if servo else 0.0
         ahead = min(held.ahead + BLURS * held.sigma[i] + friction, MOST)
-        far = WENT * (EXCESS + BLURS * held.sigma[i])
+        far = GONE + GONE_SIGMAS * held.sigma[i]
         top = min(limits.v_max[i], UNLIMITED)
         off = held.last[i] - held.at[i]
         if held.way[i] * off > far:
