@@ -15,6 +15,9 @@ from ftqp.kernel.rows.task_rows import component_of
 
 FULL_SPEED_TO = 0.6
 """Up to this gap the path runs at full speed; it stands at a gap of 1."""
+HELD_BACK = 0.5
+"""A command that is held back from its reference by 0.8 of how far it may lead lets the path stand: sooner,
+the others would rest before it is clear who does not follow."""
 RATE_TIME = 0.05
 """A rate approaches what is wanted with this time constant [s] ..."""
 FASTEST_FALL, FASTEST_RISE = 5.0, 2.0
@@ -64,9 +67,10 @@ def measure_gap(K: Any) -> None:
     feedback, watch = K.feedback, K.watch
     feedback.gap = 0.0
     if K.monitor.on and not feedback.has_tip:
+        held_back = FULL_SPEED_TO + HELD_BACK * K.monitor.full if K.monitor.full > 0.0 else 0.0
         silent = 1.0 if feedback.silent > feedback.patience else 0.0
         odd = K.monitor.worst if feedback.kind == POSITION_DRIVE else 0.0  # else its loop takes it back
-        feedback.gap, feedback.tip_gap, feedback.far = max(odd, K.monitor.full, silent), 0.0, 0
+        feedback.gap, feedback.tip_gap, feedback.far = max(odd, held_back, silent), 0.0, 0
         feedback.isolated_joint = K.monitor.suspect
         persisted(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
         return

@@ -11,11 +11,11 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import followers, mimic_places
 from ftqp.kernel.feedback.persistence import reset_counter
-from ftqp.kernel.feedback.repeats import KNOWN_FOR, LEAST
+from ftqp.kernel.feedback.repeats import KNOWN_FOR
 from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
-from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, NOISE_LEVELS, RETURNS, ROUNDING, STILL, UNLIMITED
+from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, NOISE_LEVELS, RETURNS, ROUNDING, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, mul_add, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import (
     WIDTH,
@@ -27,28 +27,32 @@ from ftqp.kernel.maths.side_by_side import (
     sum_of,
 )
 from ftqp.kernel.monitor.evidence import USUAL_TIME
-from ftqp.kernel.monitor.servos import FRICTION, as_before, strains
-from ftqp.kernel.monitor.verdicts import BLURS, EXCESS, FRICTIONS, MOST
+from ftqp.kernel.monitor.servos import as_before, strains
+from ftqp.kernel.monitor.verdicts import BLURS, EXCESS, MOST
 
+CLIP, LEAST, UNKNOWN = 25.0, 3e-6, 1e-3
+"""What counts of a difference is at most so many times the variance that was learned, and so much [rad or m],
+which is the least noise; before any was seen and where nothing is stated it is taken for the last one."""
 RISES, QUARTER = 0.05, 3.14
 """A quarter of all differences is below what is usual: it rises by this share where one is above, and falls
 by three times that where it is not. Of normal ones a deviation is so many times a quarter."""
 STOOD, SAMPLES = 0.012, 2.0
 """For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
 shows nothing."""
-FILTER, STANDS_SIGMAS = 0.5 * STOOD, 3.0
-"""Time constant [s] of the speed that samples show. A joint that is slower in it than ``STILL``, and so many
-standard deviations of a sample over that time, is slow; one whose samples stay near a place which goes after them at this speed stands, at
-once and not when a filter has forgotten, ..."""
+FILTER, STANDS, STANDS_SIGMAS = 0.5 * STOOD, 0.012, 3.0
+"""A joint whose speed behind a filter of this time constant [s] is below this [rad/s or m/s], and so many
+standard deviations of a sample over that time, is slow; one whose samples stay near a place which goes after
+them at this speed stands, at once and not when a filter has forgotten, ..."""
 SHOULD = 4.0
 """... and one that is sent so many times as fast, or as far, should move, or is seen to move; ..."""
 STEPS = 2.0
 """... once it was sent by so many of its encoder's smallest steps, as a slow one repeats itself."""
 JUST = 0.05
 """Those count that moved not longer ago than this [s], or than twice so many ticks."""
-CREEPS = 0.02
-"""A held arm is sent ahead by the excess of a joint that is held, and where no servo makes up for what dry
-friction may hold, farther this fast [rad/s or m/s]; and so fast where it takes velocities."""
+CREEPS, CREEPS_BY_SERVO = 0.02, 5e-4
+"""A held arm is sent ahead by the excess of a joint that is held, and farther so fast [rad/s or m/s], because
+dry friction may hold an arm that was let go: faster where no servo holds it, and so fast where it takes
+velocities."""
 GONE, GONE_SIGMAS = 6e-4, 8.0
 """A joint that goes so far ahead [rad or m], and so many standard deviations of a sample, was let go."""
 MOVED = 0.01
@@ -67,7 +71,7 @@ def _forget(held: Any, n: int) -> None:
 @rare_jit
 def _begin(K: Any, then: int) -> None:
     """The first sample of an arm that does not follow to the last bit: it has followed until now."""
-    held, should = K.held, SHOULD * STILL
+    held, should = K.held, SHOULD * STANDS
     held.sees = 1
     for i in range(K.chain.n):
         v = K.past.v[then, i]
@@ -99,7 +103,7 @@ def _learn_noise(K: Any, at: int, sample: Any, works: Any) -> Any:
         load_lanes(held.older[1], at),
     )
     d, known = mul_add(-3.0, last - older, sample - oldest), before * before
-    share, most = 1.0 / KNOWN_FOR, mul_add(NOISE_LEVELS * NOISE_LEVELS, known, LEAST * LEAST)
+    share, most = 1.0 / KNOWN_FOR, mul_add(CLIP, known, LEAST * LEAST)
     if K.feedback.kind == TORQUE_DRIVE and held.sees < KNOWN_FOR:  # its loop passes on noise from the first
         share, most = 1.0 / (3.0 + held.sees), COARSEST * COARSEST
     known = mul_add(share, smaller(0.05 * (d * d), most) - known, known)
@@ -133,9 +137,9 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     sigma = _learn_noise(K, at, sample, works)
     if held.on:
         return not any_of(silent), 0.0, 0.0
-    still = STILL + STANDS_SIGMAS / FILTER * sigma
+    still = STANDS + STANDS_SIGMAS / FILTER * sigma
     should = SHOULD * still
-    near = _toward(load_lanes(held.near, at), sample, STILL * dt)
+    near = _toward(load_lanes(held.near, at), sample, STANDS * dt)
     left = works & (abs(sample - near) > NOISE_LEVELS * sigma + ROUNDING)
     store_lanes(held.near, at, select(works, select(left, sample, near), load_lanes(held.near, at)))
     stands = not any_of(silent)
@@ -213,13 +217,12 @@ def hold(K: Any) -> None:
 def _stay(K: Any, dt: float) -> bool:
     """A tick of an arm that is held: where it is sent, and whether it is still held."""
     held, feedback, faults, gate, limits = K.held, K.feedback, K.faults, K.gate, K.limits
-    servo = feedback.kind == POSITION_DRIVE
-    held.ahead += 0.0 if servo else CREEPS * dt
+    creeps = CREEPS if feedback.kind == TORQUE_DRIVE else CREEPS_BY_SERVO
+    held.ahead = min(held.ahead + creeps * dt, MOST)
     released = asked = 0
     for k in range(faults.working):
         i = faults.order[k]
-        friction = FRICTIONS * max(K.monitor.theta[i, FRICTION], 0.0) if servo else 0.0
-        ahead = min(held.ahead + BLURS * held.sigma[i] + friction, MOST)
+        ahead = held.ahead + BLURS * held.sigma[i]
         far = GONE + GONE_SIGMAS * held.sigma[i]
         top = min(limits.v_max[i], UNLIMITED)
         off = held.last[i] - held.at[i]
@@ -229,7 +232,7 @@ def _stay(K: Any, dt: float) -> bool:
         elif abs(off) > MOVED * top + far:
             held.at[i] = held.last[i]
         q = held.at[i] + held.way[i] * ahead
-        if servo:
+        if feedback.kind == POSITION_DRIVE:
             q = _toward(gate.q[i], q + held.baseline[i], RETURNS * top * dt)
         low, high = min(limits.q_min[i], gate.q[i]), max(limits.q_max[i], gate.q[i])
         gate.q[i] = min(max(q, low), high)
@@ -279,7 +282,7 @@ def watch_arm(K: Any, first: bool) -> None:
         if first:
             for i in range(K.chain.n):
                 held.sigma[i] = feedback.sigma
-                held.usual[i] = feedback.sigma if feedback.sigma > 0.0 else COARSEST
+                held.usual[i] = feedback.sigma if feedback.sigma > 0.0 else UNKNOWN
         return
     held.since += K.state.dt
     if K.state.unusable == NOTHING_HEARD or is_blind(feedback):

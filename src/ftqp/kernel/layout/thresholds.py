@@ -109,7 +109,7 @@ LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
 """Standard deviations of the shifts that the evidence tests: below, learning takes them; above, all are
 clear."""
 MONITOR_POLES: Final = 3.0
-"""Poles in a row behind which the monitor looks: it is so many time constants late, and as fast it forgets."""
+"""Poles in a row behind which the monitor looks: it is so many time constants late, and forgets as fast."""
 SUSPECTS: Final = 0.3
 """From this share of the evidence that decides on, a joint is said to be suspected."""
 BESIDE: Final = 1e-6
