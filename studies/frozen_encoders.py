@@ -77,7 +77,7 @@ def _simulate(given: argparse.Namespace) -> int:
                 if k == freeze:
                     stuck = shown
                 shown = stuck
-            look_at_repeats(state, K.limits, feedback, joint, shown, v_r)
+            look_at_repeats(K, joint, shown, v_r)
             if feedback.held[joint] == FROZEN:
                 frozen += 1
                 if first_frozen < 0:

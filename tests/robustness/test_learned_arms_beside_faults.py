@@ -35,12 +35,7 @@ def test_joints_that_an_impact_has_thrown_are_brought_back_without_their_brakes(
     assert not broken(1583, "scenario.planner.detector=false")
 
 
-SWINGS = "the free joint swings out more slowly since torque loops are softer: not at rest after 4.8 s"
-
-
-@pytest.mark.parametrize(
-    "number", [1766, pytest.param(1243, marks=pytest.mark.xfail(strict=True, reason=SWINGS))]
-)
+@pytest.mark.parametrize("number", [1766, 1243])
 def test_arm_that_holds_its_tip_beside_a_free_joint_with_friction_comes_to_rest(number):
     """One whose dry friction nobody knew was led to and fro about its balance for ever."""
     assert not broken(number)

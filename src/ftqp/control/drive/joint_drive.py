@@ -270,7 +270,6 @@ class Drive:
         return {
             "kappa": min(own, KAPPA_DELAY / delay, KAPPA_MOST, rattles),
             "hold": min(hold, HOLD_DELAY / delay, HOLD_MOST),
-            "servo": inf if self.slowest is None else self.slowest,
             "lead": lead,
             "stiffness": w,
             "pole": exp(-observer * dt),

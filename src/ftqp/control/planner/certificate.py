@@ -32,7 +32,7 @@ from ftqp.kernel.layout.rows import (
     Asked,
     constraint_owners,
 )
-from ftqp.kernel.layout.thresholds import NEARER, OUTSIDE_FROM, OUTSIDE_SIGMAS, TASK_FLOOR
+from ftqp.kernel.layout.thresholds import NEARER, NOISE_LEVELS, OUTSIDE_FROM, TASK_FLOOR
 from ftqp.model.posture import NEAR_SINGULAR
 
 WITHOUT_BOUND = {
@@ -244,7 +244,7 @@ def unused(parts: Any, joints: Sequence[str]) -> str:
 def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:
     """Which limits were broken before the step, by whom, and by how much."""
     found = []
-    room = OUTSIDE_FROM + OUTSIDE_SIGMAS * float(parts["sigma"][0])
+    room = OUTSIDE_FROM + NOISE_LEVELS * float(parts["sigma"][0])
     active = bool(parts["active"][0])
     for i, joint in enumerate(joints):
         unit = "m" if parts["prismatic"][i] else "rad"

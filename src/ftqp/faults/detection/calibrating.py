@@ -1,7 +1,6 @@
 """A calibration from logs of healthy motion, or the reason why they give none."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,25 +16,21 @@ SIGNIFICANT = 3.0
 """Friction below so many standard errors is none, because noise alone makes that in 0.3 % of logs."""
 MOST_PIECES = 3000
 """More pieces of motion show no more."""
+STATED_SHARE = 0.5
+"""Noise stated below this share of what the log shows is far too small."""
+LEAST_WAY = 0.02
+"""A joint whose reference moves by less [rad or m] never moves."""
+GRID = 0.05
+"""How exactly the steps of a quantised encoder are whole [quanta], because logs are rounded, too."""
 
 
-class Friction(NamedTuple):
-    """Friction of the joints beside that of the model.
+def _friction(
+    robot: Robot, logs: Sequence[MotionLog], dt: float, delay: int
+) -> tuple[FloatArray, FloatArray]:
+    """Coulomb and viscous friction beside the model's, (nv,) each, where they show: zeros elsewhere.
 
-    Attributes:
-        coulomb: (nv,) [N m or N].
-        viscous: (nv,) [N m s/rad or N s/m].
+    Least squares with an unknown load at the tip and rotors: docs/how-to/identify.md.
     """
-
-    coulomb: FloatArray
-    viscous: FloatArray
-
-
-def friction_of(robot: Robot, logs: Sequence[MotionLog], dt: float, delay: int) -> Friction:
-    """Friction by least squares with an unknown load at the tip and rotors: docs/how-to/identify.md."""
-    none = Friction(np.zeros(robot.nv), np.zeros(robot.nv))
-    if not robot.has_inertia:
-        return none
     found = arm_of(
         robot,
         [_torques(log, dt, delay) for log in logs],
@@ -45,7 +40,7 @@ def friction_of(robot: Robot, logs: Sequence[MotionLog], dt: float, delay: int) 
     coulomb, viscous = found.coulomb, found.viscous
     rubs = ~found.not_shown["coulomb"] & (coulomb > SIGNIFICANT * found.errors["coulomb"])
     flows = ~found.not_shown["viscous"] & (np.abs(viscous) > SIGNIFICANT * found.errors["viscous"])
-    return Friction(np.where(rubs, coulomb, 0.0), np.where(rubs | flows, viscous, 0.0))
+    return np.where(rubs, coulomb, 0.0), np.where(rubs | flows, viscous, 0.0)
 
 
 def _torques(log: MotionLog, dt: float, delay: int) -> TorqueLog:
@@ -55,14 +50,6 @@ def _torques(log: MotionLog, dt: float, delay: int) -> TorqueLog:
         return TorqueLog(t=t, q=log.q, tau=log.tau)
     assert log.effort is not None
     return TorqueLog(t=t, q=log.q, tau=log.effort, late=(delay + 0.5) * dt)
-
-
-STATED_SHARE = 0.5
-"""Noise stated below this share of what the log shows is far too small."""
-LEAST_WAY = 0.02
-"""A joint whose reference moves by less [rad or m] never moves."""
-GRID = 0.05
-"""How exactly the steps of a quantised encoder are whole [quanta], because logs are rounded, too."""
 
 
 def calibrated(
@@ -77,12 +64,12 @@ def calibrated(
             f"the noise of positions is stated as {stated:.2g} rad, but the log shows {sigma:.2g}; state "
             "what the encoders have"
         )
-    has_torques = all(log.tau is not None or log.effort is not None for log in logs)
-    none = Friction(np.zeros(robot.nv), np.zeros(robot.nv))
-    friction = friction_of(robot, logs, dt, delay) if has_torques else none
+    coulomb, viscous = np.zeros(robot.nv), np.zeros(robot.nv)
+    if robot.has_inertia and all(log.tau is not None or log.effort is not None for log in logs):
+        coulomb, viscous = _friction(robot, logs, dt, delay)
     return Calibration(
-        joints=robot.joints, drive=drive, dt=dt, sigma=sigma, quantum=quantum, coulomb=friction.coulomb,
-        viscous=friction.viscous, hours=sum(len(log) for log in logs) * dt / 3600.0,
+        joints=robot.joints, drive=drive, dt=dt, sigma=sigma, quantum=quantum, coulomb=coulomb,
+        viscous=viscous, hours=sum(len(log) for log in logs) * dt / 3600.0,
     )  # fmt: skip
 
 

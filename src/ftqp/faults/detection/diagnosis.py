@@ -21,8 +21,6 @@ WORDS = {
     FaultKind.SENSOR_DROPPED: "has an encoder that gives no numbers",
 }
 """What is said of a joint by what was found of it."""
-TOUCHES = 3
-"""So many ticks in a row speak for a touch. A convention, because single ones flicker."""
 
 
 @final
@@ -157,7 +155,7 @@ class Diagnosis:
     @property
     def touched(self) -> bool:
         """Whether a force at the end effector, and no joint, explains what is unusual: it is pushed."""
-        return int(self._K.feedback.touched) >= TOUCHES
+        return bool(self._K.feedback.touched)
 
     @property
     def isolated(self) -> Mapping[str, Finding]:
@@ -209,25 +207,23 @@ class Diagnosis:
 
     def _jump(self, i: int) -> Finding:
         """What was found of the encoder of joint i, which works on."""
-        feedback, kind, name = self._K.feedback, FaultKind.SENSOR_BIASED, self._names[i]
-        at, step = float(feedback.step_at[i]) * float(self._K.state.dt), float(feedback.step[i])
-        unit = "m" if self._K.chain.prismatic[i] else "rad"
-        return Finding(
-            joint=name,
-            kinds=frozenset({kind.name.lower()}),
-            sentence=f"{name} {WORDS[kind]} by {step:.3g} {unit}, which is taken from them.",
-            onset=at - float(feedback.patience),
-            detected_at=at,
-        )
+        feedback, unit = self._K.feedback, "m" if self._K.chain.prismatic[i] else "rad"
+        more = f" by {float(feedback.step[i]):.3g} {unit}, which is taken from them"
+        at = float(feedback.step_at[i]) * float(self._K.state.dt)
+        return self._found(i, FaultKind.SENSOR_BIASED, at - float(feedback.patience), at, more)
 
     def _finding(self, i: int) -> Finding:
         """What was found of joint i."""
-        M, dt, name = self._K.monitor, float(self._K.state.dt), self._names[i]
-        kind = FaultKind(int(M.found[i]))
+        M, dt = self._K.monitor, float(self._K.state.dt)
+        return self._found(i, FaultKind(int(M.found[i])), float(M.began[i]) * dt, float(M.found_at[i]) * dt)
+
+    def _found(self, i: int, kind: FaultKind, onset: float, at: float, more: str = "") -> Finding:
+        """A finding, in words."""
+        name = self._names[i]
         return Finding(
             joint=name,
             kinds=frozenset({kind.name.lower()}),
-            sentence=f"{name} {WORDS[kind]}.",
-            onset=float(M.began[i]) * dt,
-            detected_at=float(M.found_at[i]) * dt,
+            sentence=f"{name} {WORDS[kind]}{more}.",
+            onset=onset,
+            detected_at=at,
         )

@@ -7,6 +7,13 @@ from ftqp.kernel.jit import jit
 TORQUE_NOISE = 0.01
 """Share of a joint's torque limit that the equation of its torque misses for other reasons than it has rows
 for."""
+UNUSUAL = 2.0 * TORQUE_NOISE
+"""Torques are unusual from this share of a joint's limit, beside noise: two deviations of what is missed."""
+CLEAR = 4.0
+"""So many standard deviations of what a joint may seem to lack are no noise. With six a motor that had failed
+was left out too late for the others."""
+EXPLAINS = 0.8
+"""What is unusual has one cause, a motor, a pair or a push, if that explains so much of its squares."""
 LEAST_LIMIT, UNBOUNDED = 1e-6, 1e3
 """Torque limits beyond these [N m or N] count as these where shares of them are noise, because some arms have
 none, and some motors have lost theirs."""

@@ -4,22 +4,15 @@ from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.thresholds import BAND_TIME, ERROR_BAND, NOISE_LEVELS
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
-
-ERROR_BAND = 0.02
-"""A joint may always be this far [rad or m] from its command ..."""
-BAND_TIME = 0.1
-"""... farther by what its command moves in this time [s] ..."""
-BAND_SIGMAS = 6.0
-"""... and by so many standard deviations of its sensor's noise, because noise alone exceeds six twice in 1e9
-samples. The others are guesses that the campaigns have not contradicted."""
 
 
 @jit
 def error_band(feedback: Any, past: Any, i: int) -> float:
     """The tracking error that joint i may have: 0.02 + 6 sigma + 0.1 s |v_r|."""
     v: float = abs(past.v[slot(feedback, feedback.latency), i])
-    return ERROR_BAND + BAND_SIGMAS * feedback.sigma + BAND_TIME * v
+    return ERROR_BAND + NOISE_LEVELS * feedback.sigma + BAND_TIME * v
 
 
 @rare_jit

@@ -9,24 +9,19 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import HEALTHY, POSITION_DRIVE, STOPPED_BY_DEVIATION
 from ftqp.kernel.layout.hypotheses import LAGS
+from ftqp.kernel.layout.thresholds import SCALED_FROM
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
 
-FILTER = 0.01
-"""Time constant of the gap's low-pass filter [s]."""
 FULL_SPEED_TO = 0.6
 """Up to this gap the path runs at full speed; it stands at a gap of 1."""
 HELD_BACK = 0.5
 """A command that is held back from its reference by 0.8 of how far it may lead lets the path stand: sooner,
 the others would rest before it is clear who does not follow."""
 RATE_TIME = 0.05
-"""The rate approaches what is wanted with this time constant [s] ..."""
-FASTEST_FALL = 5.0
-FASTEST_RISE = 2.0
+"""A rate approaches what is wanted with this time constant [s] ..."""
+FASTEST_FALL, FASTEST_RISE = 5.0, 2.0
 """... but falls and rises by no more than these [1/s]."""
-FULL = 1e-6
-"""A rate nearer to 1 than this is 1. So that a rate that approaches 1 gets there, and its target is the given
-one, untouched."""
 DEVIATION_SAMPLES = 4
 """The arm is stopped when it is beyond the emergency thresholds on so many samples in a row."""
 
@@ -97,11 +92,16 @@ def measure_gap(K: Any) -> None:
         latch(watch, STOPPED_BY_DEVIATION)
 
 
+@jit
+def approach(rate: float, wanted: float, dt: float) -> float:
+    """How fast a rate changes towards what is wanted [1/s]."""
+    return min(max((wanted - rate) / max(RATE_TIME, dt), -FASTEST_FALL), FASTEST_RISE)
+
+
 @rare_jit
 def stand_by(feedback: Any) -> None:
     """The whole arm is held: there is no gap to be closed, nobody's patience ends, and the path stands."""
-    feedback.gap = feedback.gap_filtered = 0.0
-    feedback.rate = feedback.rate_change = 0.0
+    feedback.gap = feedback.rate = feedback.rate_change = 0.0
     feedback.far = 0
 
 
@@ -109,21 +109,20 @@ def stand_by(feedback: Any) -> None:
 def wait(K: Any) -> None:
     """The rate of the path: 1 up to a gap of 0.6, 0 at a gap of 1, changing smoothly.
 
-    g_f' = (g - g_f)/10 ms; rate' = clip((clip((1 - g_f)/0.4, 0, 1) - rate)/0.05 s, -5, 2). During a stop it
-    rests. A path waits for as long as it takes: that an arm lags is never a reason to stop it.
+    rate' = clip((clip((1 - g)/0.4, 0, 1) - rate)/0.05 s, -5, 2). During a stop it rests. A path waits for as
+    long as it takes: that an arm lags is never a reason to stop it.
     Source: docs/theory/feedback.md, "The gap".
     """
     watch, feedback, dt = K.watch, K.feedback, K.state.dt
     feedback.rate_change = 0.0
     if watch.latched:
         return
-    feedback.gap_filtered += min(1.0, dt / FILTER) * (feedback.gap - feedback.gap_filtered)
-    wanted = min(max((1.0 - feedback.gap_filtered) / (1.0 - FULL_SPEED_TO), 0.0), 1.0)
+    wanted = min(max((1.0 - feedback.gap) / (1.0 - FULL_SPEED_TO), 0.0), 1.0)
     if wanted == 1.0 and feedback.rate == 1.0:
         return
-    change = min(max((wanted - feedback.rate) / max(RATE_TIME, dt), -FASTEST_FALL), FASTEST_RISE)
+    change = approach(feedback.rate, wanted, dt)
     rate = feedback.rate + dt * change
-    if rate > 1.0 - FULL:
+    if rate > SCALED_FROM:
         rate = 1.0
     feedback.rate_change = change
     feedback.rate = max(rate, 0.0)

@@ -33,19 +33,14 @@ from ftqp.kernel.layout.enums import (
     VELOCITY_DRIVE,
     VIABILITY,
 )
-from ftqp.kernel.layout.thresholds import FASTEST, LONGEST, UNLIMITED
+from ftqp.kernel.layout.thresholds import FASTEST, LONGEST, ROUNDING, SCALED_FROM, UNLIMITED
 from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, lane_mask, load_lanes, store_lanes
 from ftqp.kernel.monitor.leading import keep_found
 from ftqp.kernel.rows.failed_joints import braked_velocity
 
-ROUNDING = 1e-9
-"""What rounding may add to a position, a speed or a torque: this, and this share of it. A million units of
-rounding, and far below what an encoder shows."""
 FARTHEST = ROUNDING * 2.0**52
 """Nothing turns or slides so far: of a place beyond, rounding alone is more than ``ROUNDING`` [rad or m]."""
-FULL = 0.999
-"""Who brakes by this share of a_max brakes as hard as it can."""
 
 
 @jit
@@ -70,7 +65,7 @@ def _leaves_room(state: Any, v: Any, v_last: Any, a_max: Any, room: Any) -> Any:
     """
     less = 0.5 * state.dt * v if state.level == VELOCITY else 0.0 * v
     stops = v * v <= 2.0 * a_max * (room + less + ROUNDING)
-    return (v <= ROUNDING) | stops | (v <= v_last - FULL * state.dt * a_max + ROUNDING)
+    return (v <= ROUNDING) | stops | (v <= v_last - SCALED_FROM * state.dt * a_max + ROUNDING)
 
 
 @jit

@@ -12,10 +12,11 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import followers, mimic_places
 from ftqp.kernel.feedback.learned_inertia import forget_since_held
 from ftqp.kernel.feedback.persistence import reset_counter
+from ftqp.kernel.feedback.repeats import KNOWN_FOR
 from ftqp.kernel.feedback.samples import is_blind, slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import NOTHING_HEARD, POSITION_DRIVE, TORQUE_DRIVE
-from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
+from ftqp.kernel.layout.thresholds import COARSEST, FASTEST, NOISE_LEVELS, RETURNS, ROUNDING, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, mul_add, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import (
     WIDTH,
@@ -26,53 +27,36 @@ from ftqp.kernel.maths.side_by_side import (
     store_lanes,
     sum_of,
 )
+from ftqp.kernel.monitor.evidence import USUAL_TIME
 from ftqp.kernel.monitor.servos import as_before, strains
+from ftqp.kernel.monitor.verdicts import BLURS, EXCESS, MOST
 
-LEARNS, CLIP, LEAST_NOISE, NOISIEST = 0.005, 25.0, 1e-11, 0.005
-"""Share of a sample in the noise that is learned from third differences, whose variance is 20 times a
-sample's; what counts of one is at most so many times what was learned, and so much [rad2]; a joint whose
-encoder scatters by more than the last one [rad or m] has a sensor that fails."""
-RISES, FALLS, QUARTER, LEAST, UNKNOWN = 0.05, 0.15, 3.14, 3e-6, 1e-3
-"""A quarter of all differences is below what is usual: it rises by the first share where one is above, and
-falls by the second where it is not. Of normal ones a deviation is so many times a quarter; the least of all
-[rad or m] is that of ``LEAST_NOISE``, and before any was seen and nothing is stated it is the last one."""
-FIRST = 197
-"""What is learned of a torque arm's so many first samples is their mean, as of the later ones."""
-FILTER = 0.006
-"""Time constant [s] of the speed that samples show ..."""
-STANDS, STANDS_SIGMAS = 0.012, 3.0
-"""A joint whose filtered speed is below this [rad/s or m/s], and so many standard deviations of a sample over
-the filter's time, is slow; ..."""
-PLACE_SIGMAS = 6.0
-"""... one that stays within so many standard deviations of a sample, four and more of the difference of two,
-of a place which goes after it at this speed, stands, at once and not when a filter has forgotten, ..."""
-ROUNDING = 1e-12
-"""Differences of samples below this [rad or m] are rounding."""
+CLIP, LEAST, UNKNOWN = 25.0, 3e-6, 1e-3
+"""What counts of a difference is at most so many times the variance that was learned, and so much [rad or m],
+which is the least noise; before any was seen and where nothing is stated it is taken for the last one."""
+RISES, QUARTER = 0.05, 3.14
+"""A quarter of all differences is below what is usual: it rises by this share where one is above, and falls
+by three times that where it is not. Of normal ones a deviation is so many times a quarter."""
+STOOD, SAMPLES = 0.012, 2.0
+"""For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
+shows nothing."""
+FILTER, STANDS, STANDS_SIGMAS = 0.5 * STOOD, 0.012, 3.0
+"""A joint whose speed behind a filter of this time constant [s] is below this [rad/s or m/s], and so many
+standard deviations of a sample over that time, is slow; one whose samples stay near a place which goes after
+them at this speed stands, at once and not when a filter has forgotten, ..."""
 SHOULD = 4.0
 """... and one that is sent so many times as fast, or as far, should move, or is seen to move; ..."""
 STEPS = 2.0
 """... once it was sent by so many of its encoder's smallest steps, as a slow one repeats itself."""
-STOOD, SAMPLES = 0.012, 2.0
-"""For so long [s], and for more than so many ticks, all joints have to stand, as one sample that comes twice
-shows nothing, ..."""
 JUST = 0.05
-"""... those that moved not longer ago than this [s], or than twice so many ticks, ..."""
-ASKED, FAR = 0.1, 0.005
-"""... or that were sent so far [rad or m], beside noise, while all have stood for so long [s], as the slowest
-servos need to show that they move; one such joint alone is locked, while the others rest."""
-USUAL_TIME = 0.2
-"""Time constant [s] of how far ahead of an arm that moves its command usually is, or of what disturbs it."""
-EXCESS, EXCESS_SIGMAS = 0.002, 12.0
-"""So far [rad or m] beside noise, which is more than twice ``GONE``, is a held arm sent ahead, ..."""
-MOST, MOST_BY_TORQUE = 0.015, 24.0
-"""... at most so far, or as far as the loop of a torque arm asks for so much [rad/s2 or m/s2], ..."""
-GROWS, GROWS_BY_TORQUE = 5e-4, 0.02
-"""... and so much farther a second [rad/s or m/s], because dry friction may hold an arm that was let go; more
-on an arm that takes torques, whose spring is soft; ..."""
-HELD_VELOCITY = 0.02
-"""... or so fast where it takes velocities [rad/s or m/s]."""
-BACK = 0.5
-"""Share of its speed limit at which the command goes back to a joint that is held."""
+"""Those count that moved not longer ago than this [s], or than twice so many ticks."""
+MOST_BY_TORQUE = 24.0
+"""A held torque arm is sent ahead at least so far that its loop asks for this [rad/s2 or m/s2]: by 15 mrad at
+40 1/s."""
+CREEPS, CREEPS_BY_SERVO = 0.02, 5e-4
+"""A held arm is sent ahead by the excess of a joint that is held, and farther so fast [rad/s or m/s], because
+dry friction may hold an arm that was let go: faster where no servo holds it, and so fast where it takes
+velocities."""
 GONE, GONE_SIGMAS = 6e-4, 8.0
 """A joint that goes so far ahead [rad or m], and so many standard deviations of a sample, was let go."""
 MOVED = 0.01
@@ -82,7 +66,7 @@ MOVED = 0.01
 @jit
 def _forget(held: Any, n: int) -> None:
     """Nothing has been seen of the arm lately."""
-    held.stood = held.still = held.since = 0.0
+    held.stood = held.since = 0.0
     held.sees = 0
     for i in range(n):
         held.asked[i] = held.moved_lately[i] = 0.0
@@ -99,7 +83,7 @@ def _begin(K: Any, then: int) -> None:
         held.speed[i] = v
         held.baseline[i] = 0.0
         held.older[0, i] = held.older[1, i] = held.last[i]
-        held.begun[i], held.at[i], held.near[i] = K.past.q[then, i], held.last[i], held.last[i]
+        held.begun[i], held.near[i] = K.past.q[then, i], held.last[i]
         held.moved_lately[i] = 0.0 if abs(v) < should else (JUST if v > 0.0 else -JUST)
 
 
@@ -113,7 +97,8 @@ def _toward(value: Any, end: Any, most: Any) -> Any:
 def _learn_noise(K: Any, at: int, sample: Any, works: Any) -> Any:
     """The standard deviation of the samples of the joints from ``at`` on; never below the stated one.
 
-    By y - 3 y1 + 3 y2 - y3, and beside it by a quarter of them, which no few of any size change.
+    By y - 3 y1 + 3 y2 - y3, which has 20 times the variance of a sample, and beside it by a quarter of them,
+    which no few of any size change.
     """
     held, before = K.held, load_lanes(K.held.sigma, at)
     last, older, oldest = (
@@ -122,15 +107,15 @@ def _learn_noise(K: Any, at: int, sample: Any, works: Any) -> Any:
         load_lanes(held.older[1], at),
     )
     d, known = mul_add(-3.0, last - older, sample - oldest), before * before
-    share, most = LEARNS, mul_add(CLIP, known, LEAST_NOISE)
-    if K.feedback.kind == TORQUE_DRIVE and held.sees < FIRST:  # its loop passes noise on from the first tick
-        share, most = 1.0 / (3.0 + held.sees), NOISIEST * NOISIEST
+    share, most = 1.0 / KNOWN_FOR, mul_add(CLIP, known, LEAST * LEAST)
+    if K.feedback.kind == TORQUE_DRIVE and held.sees < KNOWN_FOR:  # its loop passes on noise from the first
+        share, most = 1.0 / (3.0 + held.sees), COARSEST * COARSEST
     known = mul_add(share, smaller(0.05 * (d * d), most) - known, known)
-    sigma = select(works, larger(smaller(sqrt(known), NOISIEST), K.feedback.sigma), before)
+    sigma = select(works, larger(smaller(sqrt(known), COARSEST), K.feedback.sigma), before)
     store_lanes(held.sigma, at, sigma)
     usual = load_lanes(held.usual, at)
     above = QUARTER * QUARTER * 0.05 * (d * d) > usual * usual
-    usual = larger(usual * select(above, 1.0 + RISES, 1.0 - FALLS), LEAST)
+    usual = larger(usual * select(above, 1.0 + RISES, 1.0 - 3.0 * RISES), LEAST)
     store_lanes(held.usual, at, select(works, usual, load_lanes(held.usual, at)))
     store_lanes(held.older[1], at, select(works, older, oldest))
     store_lanes(held.older[0], at, select(works, last, older))
@@ -159,7 +144,7 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     still = STANDS + STANDS_SIGMAS / FILTER * sigma
     should = SHOULD * still
     near = _toward(load_lanes(held.near, at), sample, STANDS * dt)
-    left = works & (abs(sample - near) > PLACE_SIGMAS * sigma + ROUNDING)
+    left = works & (abs(sample - near) > NOISE_LEVELS * sigma + ROUNDING)
     store_lanes(held.near, at, select(works, select(left, sample, near), load_lanes(held.near, at)))
     stands = not any_of(silent)
     if any_of(left):
@@ -181,11 +166,9 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
     store_lanes(held.moved_lately, at, select(works, moved, before))
     way = sent - load_lanes(held.begun, at)
     just = (abs(v) > should) & (v * moved > 0.0) & (abs(way) > STEPS * load_lanes(feedback.increment, at))
-    most = FAR + EXCESS_SIGMAS * sigma + SHOULD * abs(sample - load_lanes(held.at, at))
-    far = abs(way) > select(held.still > ASKED, most, inf)
     forward = select(select(just, v, way) > 0.0, 1.0, -1.0)
     store_lanes(held.way, at, select(works, forward, load_lanes(held.way, at)))
-    asked = select(just | far, 1.0, 0.0)
+    asked = select(just, 1.0, 0.0)
     store_lanes(held.asked, at, select(works, asked, load_lanes(held.asked, at)))
     leads = works & ~followers(K.chain, at) if K.chain.mimics else works
     moved = select(leads & just & ~is_set(feedback.bad, at), asked, 0.0)
@@ -202,13 +185,10 @@ def _stands(K: Any, then: int, dt: float) -> bool:
     for at in range(0, K.chain.n, WIDTH):
         stand, more, just = _stands_block(K, at, then, dt)
         all_stand, asked, moved = all_stand and stand, asked + more, moved + just
-    held.sees = min(held.sees + 1, FIRST)
-    held.still += dt
+    held.sees = min(held.sees + 1, KNOWN_FOR)
     if not all_stand:
-        held.still = 0.0
         for at in range(0, K.chain.n, WIDTH):
             store_lanes(held.begun, at, load_lanes(K.past.q[then], at))
-            store_lanes(held.at, at, load_lanes(held.last, at))
     alone = moved > 0.0 and held.alone == 0
     return bool(all_stand and asked >= min(1 if alone else 2, K.faults.working))
 
@@ -243,15 +223,15 @@ def hold(K: Any) -> None:
 def _stay(K: Any, dt: float) -> bool:
     """A tick of an arm that is held: where it is sent, and whether it is still held."""
     held, feedback, faults, gate, limits = K.held, K.feedback, K.faults, K.gate, K.limits
-    grows, most = GROWS, MOST
+    creeps, most = CREEPS_BY_SERVO, MOST
     if feedback.kind == TORQUE_DRIVE:
         most = max(MOST, MOST_BY_TORQUE / (feedback.stiffness * feedback.stiffness))
-        grows = GROWS_BY_TORQUE * most / MOST
-    held.ahead = min(held.ahead + grows * dt, most)
+        creeps = CREEPS * most / MOST
+    held.ahead = min(held.ahead + creeps * dt, most)
     released = asked = 0
     for k in range(faults.working):
         i = faults.order[k]
-        ahead = held.ahead + EXCESS_SIGMAS * held.sigma[i]
+        ahead = held.ahead + BLURS * held.sigma[i]
         far = GONE + GONE_SIGMAS * held.sigma[i]
         top = min(limits.v_max[i], UNLIMITED)
         off = held.last[i] - held.at[i]
@@ -262,7 +242,7 @@ def _stay(K: Any, dt: float) -> bool:
             held.at[i] = held.last[i]
         q = held.at[i] + held.way[i] * ahead
         if feedback.kind == POSITION_DRIVE:
-            q = _toward(gate.q[i], q + held.baseline[i], BACK * top * dt)
+            q = _toward(gate.q[i], q + held.baseline[i], RETURNS * top * dt)
         low, high = min(limits.q_min[i], gate.q[i]), max(limits.q_max[i], gate.q[i])
         gate.q[i] = min(max(q, low), high)
     if released < min(2, faults.working):

@@ -4,6 +4,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.arm.pose_error import exponential, turn_between
+from ftqp.kernel.feedback.gap import approach
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import (
@@ -14,9 +15,10 @@ from ftqp.kernel.layout.enums import (
     TARGET_SIZE,
     TARGET_TWIST,
 )
-from ftqp.kernel.layout.thresholds import FASTEST
+from ftqp.kernel.layout.thresholds import FASTEST, SCALED_FROM
 from ftqp.kernel.maths.elementary import mul_add
 from ftqp.kernel.maths.linear_systems import assign
+from ftqp.kernel.monitor.leading import CATCHES_UP
 
 LATEST = 1.0
 """Targets are played back at most this late [s]; then the arm is stopped."""
@@ -24,14 +26,11 @@ LATEST = 1.0
 LONGEST = 60.0
 """An arm that is held for longer [s] is stopped in the end; a stop lasts for as long as it is wanted."""
 
-CATCHING_UP = 0.25
-"""While the arm follows again, lost time is made up with at most this much beside the targets' speed ..."""
 CATCHING_UP_RATE = 2.0
-"""... or this share of the lost time a second ..."""
+"""While the arm follows again, this share of the lost time is made up a second, at most with the share
+``CATCHES_UP`` of the targets' speed ..."""
 CATCHING_UP_LEAST = 0.01
 """... but no slower than this, so that it ends."""
-FOLLOWS_FROM = 0.98
-"""A rate above this counts as following again."""
 
 
 @jit
@@ -178,9 +177,9 @@ def _catch_up(K: Any) -> float:
     """How the speed of the playback changes to make up for lost time [1/s]."""
     feedback, dt = K.feedback, K.state.dt
     wanted = 0.0
-    if feedback.rate > FOLLOWS_FROM and feedback.late > 0.0:
-        wanted = min(CATCHING_UP, max(CATCHING_UP_RATE * feedback.late, CATCHING_UP_LEAST))
-    change = min(max((wanted - feedback.up) / max(0.05, dt), -5.0), 2.0)
+    if feedback.rate > SCALED_FROM and feedback.late > 0.0:
+        wanted = min(CATCHES_UP, max(CATCHING_UP_RATE * feedback.late, CATCHING_UP_LEAST))
+    change = approach(feedback.up, wanted, dt)
     feedback.up = max(feedback.up + dt * change, 0.0)
     return change
 
@@ -206,7 +205,7 @@ def play_back(K: Any) -> None:
         feedback.late += dt
         _store(K.state, task, feedback, K.history)
     feedback.late -= dt * (feedback.rate + feedback.up)
-    if watch.latched or K.held.on or feedback.rate < FOLLOWS_FROM:
+    if watch.latched or K.held.on or feedback.rate < SCALED_FROM:
         _count_held(K)
     K.history.held = min(K.history.held, max(feedback.late, 0.0))
     if feedback.late <= 0.0:

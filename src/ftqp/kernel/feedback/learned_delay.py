@@ -13,12 +13,12 @@ coarse, or its rotors are light. Its loop is then softened, before anybody is ac
 Source: docs/theory/feedback.md, "Samples that come later than stated".
 """
 
-from math import floor, sqrt
+from math import floor
 from typing import Any
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.feedback_rooms import LATER, SOFTER
-from ftqp.kernel.layout.thresholds import STANDS
+from ftqp.kernel.layout.feedback_rooms import LATER, POLES, SOFTER
+from ftqp.kernel.layout.thresholds import LEAST_SHIFT, STANDS
 
 SLOWLY = 0.2
 """Share of the difference by which the slow means follow at each estimate: what changes within 25 ms is
@@ -27,9 +27,6 @@ SHAKES, BY_NOISE = 2.0, 20.0
 """A joint shows something where its acceleration is farther than this from its slow mean [rad/s2 or m/s2],
 and so many times what noise alone makes of it: noise goes through the loop into the torques, too, and would
 look like a delay of 1/(2 w). Chosen by `ftqp campaign wrong-model`."""
-UNSURE = 3.0
-"""An equation that misses more than any delay explains and so many times what is taken for noise says
-something of a fault."""
 ADOPTED = 0.75
 """Another delay counts once it is so many ticks from the one that does: beyond a half, so that
 it does not go to and fro."""
@@ -41,17 +38,16 @@ is then learned anew."""
 EXPLAINS = 0.5
 """A delay is one that explains at least this share of what the equations miss, squared: what pushes or holds
 an arm shakes it, too, and is no delay. By convention half, where it explains more than it leaves."""
-QUIET = 100
-"""So many estimates in a row, half a second, in which the arm moves and nothing shakes say that the delay is
-right."""
 KNOWN_AFTER = 50
 """So many estimates, a quarter of a second, tell what the model lacks from a delay, and from a motor that
 fails."""
-RINGS, RING_TIME = 6.0, 0.25
-"""A joint rings that swings to and fro so many times lately, of which it forgets e times within this time
-[s]: at 12 Hz and more, twice the bandwidth of the loop, which follows nothing that is as fast."""
-SETTLES = 8
-"""So many estimates after a change the filters hold torques of both delays: eight of their time constants."""
+RINGS = 6.0
+"""A joint rings that swings to and fro so many times lately, of which it forgets e times within as many
+estimates as those: at 12 Hz and more, twice the bandwidth of the loop, which follows nothing so fast."""
+QUIET = 2 * KNOWN_AFTER
+"""So many in a row, in which the arm moves and nothing shakes, say that the delay is right."""
+SETTLES = 2 * POLES
+"""So many estimates after a change the filters hold torques of both delays."""
 
 
 @jit
@@ -88,8 +84,8 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
     learned.off_mean[i] += SLOWLY * y
     learned.a_mean[i] += SLOWLY * a
     learned.slope_mean[i] += SLOWLY * (learned.slope[i] - learned.slope_mean[i])
-    learned.swings[i] -= learned.swings[i] * learned.every * K.state.dt / RING_TIME
-    shakes = max(SHAKES, BY_NOISE * learned.felt * sqrt(learned.noise[i]))
+    learned.swings[i] -= learned.swings[i] / KNOWN_AFTER
+    shakes = max(SHAKES, BY_NOISE * learned.felt * K.held.sigma[i])
     if learned.until_later > 0 or weight <= 0.0 or abs(a) < shakes or K.feedback.unresponsive[i]:
         return
     if a * learned.swung[i] <= 0.0:
@@ -99,7 +95,7 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
         return
     learned.shook = 1
     far = max(abs(y) - 2.0 * LATER * abs(x), 0.0)
-    if weight * far * far < UNSURE * UNSURE:
+    if weight * far * far < LEAST_SHIFT * LEAST_SHIFT:
         learned.delay_known += weight * x * x
         learned.delay_moment += weight * x * y
         learned.delay_missed += weight * y * y

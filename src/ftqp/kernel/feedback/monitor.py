@@ -9,7 +9,7 @@ from typing import Any
 
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.learned_inertia import is_known
-from ftqp.kernel.feedback.pairs import NOISE_LEVELS, gain_reduced, partner, reduce_gain
+from ftqp.kernel.feedback.pairs import gain_reduced, partner, reduce_gain
 from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.touch import detect_touch, is_push
@@ -46,7 +46,7 @@ def watch_torques(K: Any) -> None:
     suspect = unusual(K)
     if is_known(K.state, K.learned):
         if K.faults.working == K.chain.n:
-            detect_touch(K, NOISE_LEVELS)
+            detect_touch(K)
         else:  # what looked like one was the failure
             feedback.touched = feedback.persistence[TOUCHED, 0] = 0
         if suspect >= 0 and (

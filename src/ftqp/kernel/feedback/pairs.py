@@ -3,27 +3,22 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.doubt import doubt
+from ftqp.kernel.feedback.doubt import CLEAR, EXPLAINS, UNUSUAL, doubt
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.hypotheses import BOTH_OBEY
+from ftqp.kernel.layout.thresholds import GOES_ON, NOISE_LEVELS
 
 PARALLEL = 0.7
-"""Two axes are nearly one when M_ij^2/(M_ii M_jj) is larger ..."""
-LACKING = 0.02
-"""... and one of both lacks, in the mean over ``LATELY``, this share of its torque limit ..."""
-ALONE = 0.8
-"""... which is this share of all that is unusual. Then the feedback of both is soft until both are where
-their commands are. An iiwa14 whose joint 1 or 3 had lost its motor was shaken by noise without it, a Panda
-went to six times its speed limits (docs/theory/feedback.md, "The torque drive")."""
+"""Two axes are nearly one when M_ij^2/(M_ii M_jj) is larger. Where one of both lacks torque that is unusual,
+in the mean over ``LATELY``, the feedback of both is soft until both are where their commands are. An iiwa14
+whose joint 1 or 3 had lost its motor was shaken by noise without it, a Panda went to six times its speed
+limits (docs/theory/feedback.md, "The torque drive")."""
 
-NEAR, SLOW = 0.3, 0.05
-"""A joint obeys when its error is below these shares of its band and of its speed limit, beside noise."""
-NOISE_LEVELS = 4.0
-"""So many standard deviations are noise, here and where one joint is suspected: in 6e-5 of the samples it
-exceeds them by itself."""
+NEAR = 0.3
+"""A joint obeys when its error is below this share of its band, and it goes no faster than its command."""
 
 
 @jit
@@ -49,7 +44,7 @@ def tracks_command(state: Any, limits: Any, feedback: Any, past: Any, j: int) ->
     slower = abs(feedback.v_now[j] - state.v_command[j])
     noise = NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     near: bool = off < NEAR * error_band(feedback, past, j)
-    return near and slower < SLOW * limits.v_max[j] + noise
+    return near and slower < GOES_ON * limits.v_max[j] + noise
 
 
 @jit
@@ -63,9 +58,9 @@ def _missing(K: Any) -> int:
         total += energy
         if energy > most:
             worst, most = i, energy
-    if worst < 0 or most < ALONE * total or abs(missing[worst]) < LACKING * limits.tau_max[worst]:
+    if worst < 0 or most < EXPLAINS * total or abs(missing[worst]) < UNUSUAL * limits.tau_max[worst]:
         return -1
-    far = NOISE_LEVELS * sqrt(doubt(K, worst, feedback.missing_noise))
+    far = CLEAR * sqrt(doubt(K, worst, feedback.missing_noise))
     return worst if abs(missing[worst]) > far else -1
 
 

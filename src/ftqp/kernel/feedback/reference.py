@@ -6,13 +6,10 @@ from ftqp.kernel.arm.kinematics import mimic, mimic_places
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, LOCKED, MEASURED, POSITION_DRIVE
-from ftqp.kernel.layout.thresholds import BESIDE, STILL_SAMPLES, UNLIMITED
+from ftqp.kernel.layout.thresholds import BESIDE, NOISE_LEVELS, STILL, STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 
-STILL = 0.01
-"""A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests after
-``STILL_SAMPLES``."""
 FOLLOW = 0.05
 """A resting joint's place in the reference takes this share of what the sensor says each tick, so that noise
 does not reach the others."""
@@ -28,7 +25,7 @@ SWINGING_MARGIN = 0.12
 @jit
 def rest_speed(feedback: Any) -> float:
     """A failed joint that is observed to be slower than this [rad/s or m/s] may as well stand."""
-    rest: float = STILL + 6.0 * feedback.sigma * feedback.failed_noise
+    rest: float = STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     return rest
 
 

@@ -1,7 +1,7 @@
 """Samples that repeat themselves although the joint should move: a frozen encoder, or a joint that stands.
 
 What is normal is learned: the smallest step between two samples, how far the reference goes while a working
-encoder repeats its number, and whether the number ever repeats while the joint rests.
+encoder repeats its number, and by the noise of the samples how rarely it does.
 """
 
 from math import ceil, e
@@ -10,46 +10,34 @@ from typing import Any
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FROZEN, LOOKED_THROUGH, POSITION_DRIVE, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FROZEN_SAMPLES, HELD_SAMPLES
-from ftqp.kernel.layout.thresholds import COARSEST, FROZEN_SIGMAS
+from ftqp.kernel.layout.thresholds import BAND_TIME, COARSEST, ERROR_BAND
 from ftqp.kernel.maths.elementary import any_of, is_finite, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
+from ftqp.kernel.monitor.verdicts import MOVES
 
 NORMAL = 2.0
 """A number that repeats while the reference goes so many times as far as it normally does is odd ..."""
 LEAST = 1e-6
 """... and by this [rad or m] more, finer than encoders, so that rounding of a joint that rests is not."""
-MOVES = 0.1
-"""An odd number is looked through, lest feedback drive the joint away, if the reference is this fast [rad/s
-or m/s]; a slower joint is driven away slowly ..."""
 GOES_ALONG = 0.25
-"""... and the joint was seen to go along, with this share of that speed: one that sticks needs its feedback
-to come loose; ..."""
+"""An odd number is looked through, lest feedback drive the joint away, if the reference is so fast that it
+shows, as a slower joint is driven away slowly, and the joint was seen to go along, with this share of that
+speed: one that sticks needs its feedback to come loose; ..."""
 SUDDEN = 0.01
 """... and within this time [s] of its first repeat, because a joint that sticks while the reference turns
 round has stood for longer when that is fast again."""
 STICKS = 20.0
 """A number that is looked through counts as frozen when the reference is so far away that the feedback of a
 torque drive would ask for so much [rad/s2 or m/s2]; one whose joint was not seen to go along may be that of a
-joint that dry friction holds, ..."""
-FRICTION = 0.2
-"""... with this share of its largest torque, or until it is far outside its error band."""
-BAND, BAND_TIME = 0.06, 0.3
-"""Three error bands [rad or m] and [s], of ``ftqp.kernel.feedback.error_band``. A guess: a joint of 0.001 kg
-m2 with friction of 0.5 N m came loose before."""
-FAR_INCREMENTS = 4.0
-"""... and so many times the encoder's smallest step ..."""
-FAR_WAYS = 3.0
-"""... and so many times as far as it normally does."""
+joint that dry friction holds ..."""
+BANDS = 3.0
+"""... until it is so many times its error band away: a joint of 0.001 kg m2 with friction of 0.5 N m came
+loose before."""
 RAREST = 0.01
 """The least chance of a repeat that is believed, as a line may repeat a sample now and then."""
 KNOWN_FOR = 200
-"""More repeats tell no more, as the noise that was learned before fades meanwhile."""
-RESTING = 1e-3
-"""A reference slower than this [rad/s or m/s] rests. A convention: a tick of 1 ms then moves it less than
-encoders show."""
-RESTLESS = 20.0
-"""An encoder whose number has gone so often against the reference at rest, and never stayed the same there,
-does not repeat it while it works."""
+"""So many samples tell their noise, to a twentieth: it is learned as the mean of so many. More repeats tell
+no more, as what was learned before fades meanwhile."""
 IN_DOUBT = 0.25
 """Of patience a sample costs this share where the joint may as well stand, so that a detector has 80 ms to
 find a lock: four times what one took."""
@@ -60,8 +48,8 @@ def forget_repeats(feedback: Any, i: int, at: float) -> None:
     """Nothing is known of the encoder of joint i but that it should say where the joint is."""
     feedback.raw[i] = at
     feedback.same[i] = feedback.moved[i] = feedback.increment[i] = feedback.way[i] = 0.0
-    feedback.grain[i] = feedback.restless[i] = 0.0
-    feedback.held[i] = 0
+    feedback.grain[i] = 0.0
+    feedback.restless[i] = feedback.held[i] = 0
 
 
 @jit
@@ -135,20 +123,18 @@ def no_arm_repeats_so(K: Any) -> bool:
 
 
 @rare_jit
-def note_what_never_repeats(K: Any, i: int) -> None:
-    """Note of an encoder whose number has come again more often than its noise allows that it never does."""
+def _repeats_by_chance(K: Any, i: int) -> bool:
+    """Whether joint i's number may have come again as often as it has while its encoder works."""
     enough = _rare_enough(K)
-    if _after_repeats(K, i, 1.0, enough) < enough:
-        K.feedback.restless[i] = RESTLESS
+    return _after_repeats(K, i, 1.0, enough) >= enough
 
 
 @jit
 def learn_block(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> None:
     """What the samples of the joints from ``at`` on, of which none repeats oddly, tell of their encoders."""
     change, moved = sample - load_lanes(feedback.good, at), load_lanes(feedback.moved, at)
-    increment, restless = load_lanes(feedback.increment, at), load_lanes(feedback.restless, at)
-    rests, step = abs(v) < RESTING, abs(change)
-    equal, against = step <= 0.0, change * v < 0.0
+    increment, step = load_lanes(feedback.increment, at), abs(change)
+    equal = step <= 0.0
     least = select(increment > 0.0, smaller(increment, step), step)
     store_lanes(feedback.moved, at, select(equal, moved + state.dt * v, 0.0))
     store_lanes(feedback.increment, at, select(equal, increment, least))
@@ -157,44 +143,32 @@ def learn_block(state: Any, feedback: Any, at: int, sample: Any, v: Any) -> None
         at,
         select(equal, load_lanes(feedback.way, at), larger(load_lanes(feedback.way, at), abs(moved))),
     )
-    known = select(load_lanes(feedback.same, at) > 0.0, 0.0, restless)  # a number that changes has repeated
-    known = select(rests & against, smaller(known + 1.0, RESTLESS), known)
     store_lanes(feedback.same, at, select(equal, load_lanes(feedback.same, at) + 1.0, 0.0))
-    store_lanes(feedback.restless, at, select(equal, select(rests, 0.0, restless), known))
 
 
 @jit
 def _learn(state: Any, feedback: Any, i: int, sample: float, v: float) -> None:
     """The same of joint i, whose number may have repeated oddly: how far is not normal then."""
-    rests = abs(v) < RESTING
     if feedback.age[i] == 1:  # the last sample was good
         feedback.raw[i] = feedback.good[i]
     if sample == feedback.raw[i]:
         feedback.same[i] += 1.0
         feedback.moved[i] += state.dt * v
-        if rests:
-            feedback.restless[i] = 0.0
         return
-    change = sample - feedback.raw[i]
-    step = abs(change)
+    step = abs(sample - feedback.raw[i])
     if is_finite(step):
         feedback.increment[i] = min(step, feedback.increment[i]) if feedback.increment[i] > 0.0 else step
-        if feedback.same[i] > 0.0 and feedback.held[i] == 0:
-            feedback.restless[i] = 0.0
-        if rests and change * v < 0.0:
-            feedback.restless[i] = min(feedback.restless[i] + 1.0, RESTLESS)
     if feedback.held[i] == 0:
         feedback.way[i] = max(feedback.way[i], abs(feedback.moved[i]))
     feedback.raw[i] = sample
     feedback.same[i] = feedback.moved[i] = 0.0
-    feedback.held[i] = 0
+    feedback.restless[i] = feedback.held[i] = 0
 
 
 @jit
 def never_repeats(feedback: Any, i: int) -> bool:
-    """Whether the encoder of joint i jitters at rest: while it works it never repeats its number."""
-    never: bool = feedback.restless[i] >= RESTLESS
-    return never
+    """Whether no encoder that works would repeat its number as that of joint i does."""
+    return bool(feedback.restless[i])
 
 
 @jit
@@ -206,47 +180,33 @@ def explain(feedback: Any, i: int) -> bool:
 
 
 @jit
-def _may_stick(limits: Any, feedback: Any, i: int, v: float) -> float:
-    """How far ahead the reference of joint i may be while dry friction holds it."""
-    w = feedback.stiffness * feedback.stiffness
-    band = BAND + BAND_TIME * abs(v)
-    if feedback.kind != TORQUE_DRIVE or feedback.M[i, i] <= 0.0:
-        return band
-    return max(STICKS / w, min(band, FRICTION * limits.tau_max[i] / (feedback.M[i, i] * w)))
-
-
-@jit
-def look_at_repeats(state: Any, limits: Any, feedback: Any, i: int, sample: float, v: float) -> None:
+def look_at_repeats(K: Any, i: int, sample: float, v: float) -> None:
     """Finds out whether the number of joint i repeats oddly: ``held``, until the number changes.
 
-    Noise that is stated shows more: a number that repeats for five samples, while the reference goes on
-    by six standard deviations and by more than normally, is frozen. Else it is looked through, whatever
-    feedback would do with it, at the second repeat, if the joint was seen to go along before; and frozen
-    once the reference is far away, farther where friction may hold the joint. A servo on positions holds
-    its joint by itself, and a velocity drive does without feedback: there a joint that may as well stand
-    behind a brake is no frozen encoder.
+    One that its noise would have changed by now is frozen. Else it is looked through, whatever feedback would
+    do with it, at the second repeat, if the joint was seen to go along before; and of a torque drive frozen
+    once the reference is far away, farther where friction may hold the joint. A servo on positions holds its
+    joint by itself, and a velocity drive does without feedback: there a joint that may as well stand behind a
+    brake is no frozen encoder.
     Source: docs/theory/feedback.md, "Samples".
     """
+    state, feedback = K.state, K.feedback
     _learn(state, feedback, i, sample, v)
-    same, held, kind = feedback.same[i], feedback.held[i], feedback.kind
-    if same < HELD_SAMPLES or held == FROZEN:
+    same, kind = feedback.same[i], feedback.kind
+    if same < HELD_SAMPLES or feedback.held[i] == FROZEN:
         return
-    way, increment, far = feedback.way[i], feedback.increment[i], abs(feedback.moved[i])
-    odd = far > _normally(increment, way)
-    if feedback.sigma > 0.0:
-        travelled = abs(v) * same * state.dt
-        if odd and same >= FROZEN_SAMPLES and travelled > FROZEN_SIGMAS * feedback.sigma:
-            feedback.held[i] = FROZEN
+    normal, far = _normally(feedback.increment[i], feedback.way[i]), abs(feedback.moved[i])
+    if far <= normal:
+        return
+    if not _repeats_by_chance(K, i):
+        feedback.restless[i], feedback.held[i] = 1, FROZEN
         return
     along = feedback.v_hat[i] * v > GOES_ALONG * v * v
     sudden = same * state.dt < SUDDEN + 0.5 * state.dt or same < HELD_SAMPLES + 0.5
-    if odd and sudden and abs(v) > MOVES and along and kind != POSITION_DRIVE:
+    if sudden and abs(v) > MOVES and along and kind != POSITION_DRIVE:
         feedback.held[i] = LOOKED_THROUGH
-    far_away = max(FAR_INCREMENTS * increment, FAR_WAYS * way)
-    if feedback.held[i] == LOOKED_THROUGH:
-        far_away = max(far_away, STICKS / (feedback.stiffness * feedback.stiffness))
-    else:
-        far_away = max(far_away, _may_stick(limits, feedback, i, v))
-    certain = kind == TORQUE_DRIVE or never_repeats(feedback, i)
-    if same >= FROZEN_SAMPLES and far > far_away and certain:
+    far_away = max(NORMAL * normal, STICKS / (feedback.stiffness * feedback.stiffness))
+    if feedback.held[i] != LOOKED_THROUGH:
+        far_away = max(far_away, BANDS * (ERROR_BAND + BAND_TIME * abs(v)))
+    if kind == TORQUE_DRIVE and same >= FROZEN_SAMPLES and far > far_away:
         feedback.held[i] = FROZEN

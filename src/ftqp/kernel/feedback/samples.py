@@ -13,7 +13,6 @@ from ftqp.kernel.feedback.repeats import (
     look_at_repeats,
     never_repeats,
     no_arm_repeats_so,
-    note_what_never_repeats,
     repeat_oddly,
 )
 from ftqp.kernel.jit import jit, rare_jit
@@ -96,7 +95,7 @@ def begin(K: Any) -> None:
     feedback.now = 0
     feedback.refused = feedback.holding = feedback.exact = feedback.lagging = feedback.far = 0
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
-    feedback.silent = feedback.wide = feedback.thrown = feedback.gap_filtered = 0.0
+    feedback.silent = feedback.wide = feedback.thrown = 0.0
     feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
@@ -414,8 +413,7 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
         asked = v
         if healthy and feedback.kind == VELOCITY_DRIVE:  # the loop's errors move one that rests
             asked = K.gate.speed[i]
-            note_what_never_repeats(K, i)
-        look_at_repeats(state, K.limits, feedback, i, sample, asked)
+        look_at_repeats(K, i, sample, asked)
     if feedback.held[i] == LOOKED_THROUGH and not possible and not is_blind(feedback):
         feedback.held[i] = FROZEN  # a joint that follows cannot be there any more
     cost = _cost(K, i, possible)

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic
-from ftqp.kernel.feedback.held import HELD_VELOCITY
+from ftqp.kernel.feedback.held import CREEPS
 from ftqp.kernel.feedback.pairs import gain_reduced, reduced_gain_torque
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
@@ -282,7 +282,7 @@ def _faded(state: Any, limits: Any, i: int, extra: float) -> float:
 @jit
 def _creep(limits: Any, feedback: Any, held: Any, i: int) -> float:
     """What a held arm is sent: what it needed lately to stand, and a little the way that was asked for."""
-    return min(max(feedback.wound[i] + held.way[i] * HELD_VELOCITY, -limits.v_max[i]), limits.v_max[i])
+    return min(max(feedback.wound[i] + held.way[i] * CREEPS, -limits.v_max[i]), limits.v_max[i])
 
 
 @jit

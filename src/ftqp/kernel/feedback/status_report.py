@@ -9,16 +9,13 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, NO_BRAKES, OK, RELAXED, SCALED, TORQUE_DRIVE
 from ftqp.kernel.layout.hypotheses import FOLLOWS, LAGS, MEAN_TIME
-from ftqp.kernel.layout.thresholds import GOES_ON, OUTSIDE_FROM, OUTSIDE_SIGMAS, STANDS
+from ftqp.kernel.layout.thresholds import GOES_ON, NOISE_LEVELS, OUTSIDE_FROM, STANDS
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes
 
 BACK = 0.5
 """The lag is over when every error is below this share of its tolerance for a while, so that a report does
 not flicker."""
-NOISE_LEVELS = 6.0
-"""Standard deviations of the noise of an observed speed that do not count either, because noise alone exceeds
-six twice in 1e9 samples."""
 
 
 @jit
@@ -47,7 +44,7 @@ def _is_measured_outside(limits: Any, feedback: Any, chain: Any) -> bool:
 
     The reference, at which the QP is posed, may be inside all the while.
     """
-    room = OUTSIDE_FROM + OUTSIDE_SIGMAS * feedback.sigma
+    room = OUTSIDE_FROM + NOISE_LEVELS * feedback.sigma
     for at in range(0, chain.n, WIDTH):
         q = load_lanes(feedback.seen, at)
         if any_of((q < load_lanes(limits.q_min, at) - room) | (q > load_lanes(limits.q_max, at) + room)):

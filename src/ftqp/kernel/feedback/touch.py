@@ -3,27 +3,23 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.doubt import noise_of_missing
+from ftqp.kernel.feedback.doubt import CLEAR, EXPLAINS, UNUSUAL, noise_of_missing
 from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.hypotheses import ALONE_AGAIN, TOUCHED
+from ftqp.kernel.layout.thresholds import ROUNDING
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
+from ftqp.kernel.monitor.verdicts import PUSHES
 
-SHARE = 0.85
-"""A force at the tip explains this share of what is unusual ..."""
 BETTER = 0.3
-"""... and leaves no more than this share of what the best single motor leaves, because three numbers explain
-more than one by themselves ..."""
-SLIGHT = 0.02
-"""... of torques that are this share of a limit in some joint, beside noise; a touch is over once they are
-half of that, or a quarter of the most that they were."""
-HALF, QUARTER = 0.5, 0.25
-RIDGE = 1e-6
-"""Of the trace, so that a direction in which the arm is singular has a force, too: rounding."""
+"""A force at the tip leaves no more than this share of what the best single motor leaves, because three
+numbers explain more than one by themselves."""
+OVER = 0.25
+"""A touch is over at this share of the most that it was, or at half of what is unusual."""
 FEWEST = 5
 """Of fewer joints three numbers explain nearly everything."""
-LONGEST, ADOPTED = 1.0, 0.5
-"""What lasts longer [s] is a load, which is usual after the second time [s]. Conventions."""
+ADOPTED = 0.5
+"""A push that lasts for longer than pushes do is a load, which is usual after this time [s]."""
 
 
 @jit
@@ -42,7 +38,7 @@ def _force(feedback: Any, kinematics: Any, scratch: Any, n: int, r: Any, share: 
             out[a] += w * J[a, i] * r[i]
             for b in range(a + 1):
                 S[a, b] += w * J[a, i] * J[b, i]
-    ridge = RIDGE * (S[0, 0] + S[1, 1] + S[2, 2])
+    ridge = ROUNDING * (S[0, 0] + S[1, 1] + S[2, 2])  # where the arm is singular there is a force, too
     for a in range(3):
         S[a, a] += ridge
     asked0, asked1, asked2 = out[0], out[1], out[2]
@@ -74,14 +70,14 @@ def is_push(K: Any, r: Any) -> bool:
     """
     feedback, n = K.feedback, K.chain.n
     best, size = _one_motor(K.limits, n, r)
-    if size < SLIGHT or n < FEWEST:
+    if size < UNUSUAL or n < FEWEST:
         return False
     explained = _force(feedback, K.kinematics, K.scratch, n, r, K.limits.tau_max, feedback.push_at_tip)
-    return explained > SHARE and 1.0 - explained < BETTER * (1.0 - best)
+    return explained > EXPLAINS and 1.0 - explained < BETTER * (1.0 - best)
 
 
 @jit
-def detect_touch(K: Any, noise_levels: float) -> None:
+def detect_touch(K: Any) -> None:
     """Whether something pushes the tip: ``touched``, for so many ticks, with the force ``push_at_tip``.
 
     It is looked for in the mean over 20 ms.
@@ -89,10 +85,10 @@ def detect_touch(K: Any, noise_levels: float) -> None:
     """
     feedback = K.feedback
     _, size = _one_motor(K.limits, K.chain.n, feedback.missing)
-    if size < HALF * SLIGHT and not feedback.touched:
+    if size < 0.5 * UNUSUAL and not feedback.touched:
         feedback.persistence[TOUCHED, 0] = 0
         return
-    pushed = is_push(K, feedback.missing) and not _is_noise(K, noise_levels)
+    pushed = is_push(K, feedback.missing) and not _is_noise(K)
     if persisted(K.state, feedback, TOUCHED, 0, pushed) and not feedback.touched:
         feedback.touched = 1
         feedback.strongest = 0.0
@@ -101,11 +97,10 @@ def detect_touch(K: Any, noise_levels: float) -> None:
         return
     feedback.touched += 1
     feedback.strongest = max(feedback.strongest, size)
-    little = max(HALF * SLIGHT, QUARTER * feedback.strongest)
-    over = persisted(K.state, feedback, ALONE_AGAIN, 0, size < little)
-    if over:
+    little = OVER * max(feedback.strongest, 2.0 * UNUSUAL)
+    if persisted(K.state, feedback, ALONE_AGAIN, 0, size < little):
         feedback.touched = 0
-    elif feedback.touched * K.state.dt > LONGEST:
+    elif feedback.touched * K.state.dt > PUSHES:
         adopt(K)
 
 
@@ -117,11 +112,11 @@ def adopt(K: Any) -> None:
 
 
 @jit
-def _is_noise(K: Any, levels: float) -> bool:
+def _is_noise(K: Any) -> bool:
     """Whether no joint's torque stands out of its noise."""
     feedback = K.feedback
     for i in range(K.chain.n):
         noise = noise_of_missing(K, i, feedback.missing_noise)
-        if feedback.missing[i] * feedback.missing[i] > levels * levels * noise:
+        if feedback.missing[i] * feedback.missing[i] > CLEAR * CLEAR * noise:
             return False
     return True

@@ -3,33 +3,22 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.doubt import doubt
+from ftqp.kernel.feedback.doubt import CLEAR, EXPLAINS, UNUSUAL, doubt
 from ftqp.kernel.feedback.error_band import redistribute_disturbance
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
-from ftqp.kernel.feedback.pairs import ALONE, NOISE_LEVELS, gain_reduced, partner, tracks_command
+from ftqp.kernel.feedback.pairs import gain_reduced, partner, tracks_command
 from ftqp.kernel.feedback.persistence import has_persisted, persisted
+from ftqp.kernel.feedback.reference import rest_speed
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
-from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, PREDICTED, SILENT, TOUCHED
+from ftqp.kernel.layout.hypotheses import CLEARED, OBEYS, SILENT, TOUCHED
 from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
 from ftqp.kernel.maths.linear_systems import factor, solve_factored
 
 USUAL_TIME = 0.1
-"""What has disturbed a joint for so long [s] is a load, not a fault."""
-
-MISSING_SHARE = 0.03
-"""A joint is suspected when it lacks this share of its torque limit, beside noise. Without this a joint whose
-motor fails unannounced throws the others off, too (docs/theory/feedback.md, "The torque drive")."""
-
-UNRESPONSIVE_STILL = 0.03
-"""Slower than this [rad/s or m/s], beside noise, it rests."""
-CLEARER, COMPARED_TIME = 4.0, 0.015
-"""It obeys again when it moves as predicted, so much better (squared), in the mean over this time [s] ..."""
-MOVES = 0.1
-"""... and by at least this speed [rad/s or m/s], beside noise."""
-SMALL = 1e-6
-"""Predictions as good as this [rad or m] are not compared."""
+"""What has disturbed a joint for so long [s] is a load, not a fault. With 0.2 a soft joint that was braked
+got no name."""
 
 
 @jit
@@ -70,10 +59,9 @@ def leave_out(K: Any, j: int) -> None:
     feedback, past = K.feedback, K.past
     feedback.unresponsive[j] = 1
     feedback.persistence[SILENT, j] = feedback.persistence[OBEYS, j] = feedback.persistence[CLEARED, j] = 0
-    feedback.persistence[PREDICTED, j] = feedback.still[j] = 0
+    feedback.still[j] = 0
     feedback.own_q[j], feedback.own_v[j] = feedback.q_hat[j], feedback.v_hat[j]
     feedback.own_d[j], feedback.own_slow[j] = feedback.d_hat[j], feedback.d_slow[j]
-    feedback.own_missed[j] = feedback.dead_missed[j] = 0.0
     redistribute_disturbance(K, j)
     if not feedback.asks[j]:  # a suspect; the one before it may be taken back in this very tick
         feedback.place_taken = 1 - feedback.place_taken
@@ -116,9 +104,6 @@ def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, learned: Any
         feedback.own_q[j], v, change = corrected(state, feedback.pole, q, v, e)
         v, d = plausible(state, v, feedback.own_d[j] + change, limits.v_max[j])
         feedback.own_v[j], feedback.own_d[j] = v, d
-        other, share = feedback.innovation[j], min(1.0, state.dt / COMPARED_TIME)
-        feedback.own_missed[j] += share * (e * e - feedback.own_missed[j])
-        feedback.dead_missed[j] += share * (other * other - feedback.dead_missed[j])
     feedback.own_slow[j] += learned.slowness[j] * (feedback.own_d[j] - feedback.own_slow[j])
     q, v = predicted(
         state, limits, feedback, feedback.own_q[j], feedback.own_v[j], past.own, place, feedback.own_d[j]
@@ -130,7 +115,7 @@ def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, learned: Any
 def unusual(K: Any) -> int:
     """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
 
-    rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.03 tau_max and 4 standard deviations of what a
+    rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.02 tau_max and 4 standard deviations of what a
     healthy joint may seem to lack. While the tip is touched what is usual stays. A joint that mimics another
     has no motor.
     """
@@ -163,9 +148,9 @@ def unusual(K: Any) -> int:
             worst, most, found = i, energy, rho
     if worst < 0 or feedback.touched or gain_reduced(feedback, worst) or partner(feedback, chain, worst) >= 0:
         return -1
-    if most < ALONE * total or abs(found) < MISSING_SHARE * limits.tau_max[worst]:
+    if most < EXPLAINS * total or abs(found) < UNUSUAL * limits.tau_max[worst]:
         return -1
-    return worst if abs(found) > NOISE_LEVELS * sqrt(doubt(K, worst, feedback.felt_noise)) else -1
+    return worst if abs(found) > CLEAR * sqrt(doubt(K, worst, feedback.felt_noise)) else -1
 
 
 @jit
@@ -183,31 +168,20 @@ def may_suspect(faults: Any, feedback: Any, chain: Any, state: Any) -> bool:
 
 
 @jit
-def _is_clearer(state: Any, feedback: Any, j: int) -> bool:
-    """Whether that joint j obeys predicts its samples much better than that it does not."""
-    noise = NOISE_LEVELS * feedback.sigma + SMALL
-    clearer = feedback.dead_missed[j] > max(CLEARER * feedback.own_missed[j], noise * noise)
-    slow = MOVES + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
-    moves = abs(feedback.own_v[j]) > slow and abs(feedback.v_hat[j]) > slow
-    return persisted(state, feedback, PREDICTED, j, clearer and moves)
-
-
-@jit
 def watch(K: Any, j: int, replaced: bool) -> None:
     """A joint that was left out: whether it stands, and whether it obeys again."""
     feedback = K.feedback
     if not feedback.asks[j]:
         _observe_own(K.state, K.limits, feedback, K.past, K.learned, j)
     stood = stands(feedback, j)
-    rest = UNRESPONSIVE_STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
-    feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest else 0
+    feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest_speed(feedback) else 0
     if stands(feedback, j) != stood:
         _retell(feedback, K.chain, K.past, j)
     if not feedback.asks[j]:
         there = tracks_command(K.state, K.limits, feedback, K.past, j)
         obeys = persisted(K.state, feedback, OBEYS, j, there)
         persisted(K.state, feedback, CLEARED, j, there)
-        if partner(feedback, K.chain, j) >= 0 or _is_clearer(K.state, feedback, j) or replaced or obeys:
+        if partner(feedback, K.chain, j) >= 0 or replaced or obeys:
             _take_back(K, j)
 
 

@@ -46,13 +46,12 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     touched  i8  ticks for which something has pushed the tip
     soft_one soft_other  i8
     kappa hold  f8  bandwidth of the tip's and of a velocity arm's loop [1/s]
-    servo  f8  bandwidth of the slowest servo, inf if it is not known [rad/s]
     stiffness  f8  bandwidth of a torque arm's loop [1/s]
     pole pole_failed  f8  of the observer
     sigma  f8  noise of the samples
     patience  f8
     failed_noise felt_noise missing_noise  f8  what observers make of the noise of samples, whose unit is 1
-    tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed  f8
+    tolerance rotation_tolerance gap tip_gap rate rate_change late up speed  f8
     spent_elsewhere  f8
     time_error  f8  by how much samples were late or early at most, those of all joints alike [s]
     speed_margin  f8  share of the speed limits that is left to servos
@@ -84,11 +83,11 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     increment  f8[N]  the smallest step between samples
     grain  f8[N]  the smallest one that noise does not make
     way  f8[N]  the farthest that the reference went while a working sensor repeated itself
-    restless  f8[N]  samples that jittered at rest
     going  f8[N]  speeds in a stop, in a short mean
-    innovation own_missed dead_missed  f8[N]
+    innovation  f8[N]
     age  i8[N]
     held  i8[N]  samples that repeat are looked through, see ``ftqp.kernel.feedback.repeats``
+    restless  i8[N]  ... because its noise would have changed them
     jump  f8[N]  how far samples went beside what was sent since the last good ones
     step jumps  f8[N]  by how much an encoder that has jumped is off; by how much more it seems to be
     step_at  i8[N]  the tick at which that was found
@@ -128,7 +127,6 @@ held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands 
     sees  i8  so many samples before this one are known, as far as is counted
     alone  i8  the joint that should have moved stayed behind when others were let go: no evidence
     stood  f8  for how long all joints have stood
-    still  f8  the same, whatever they were sent
     ahead  f8  how far ahead of the arm it is sent
     since  f8  time since the sample before
     last speed  f8[N]  the sample before, and its change, filtered
@@ -136,7 +134,7 @@ held  What ``ftqp.kernel.feedback.held`` keeps of the arm as a whole: it stands 
     moved_lately  f8[N]  for how long it still counts as one that has just moved, with its sign
     begun  f8[N]  its reference when all began to stand
     baseline  f8[N]  how far ahead of its sample it is sent in the mean, or what disturbs a torque arm
-    at  f8[N]  where it is held, or began to stand
+    at  f8[N]  where it is held
     older  f8[2,N]  the two samples before the last one
     sigma  f8[N]  the standard deviation of samples, learned, and at least what was stated
     usual  f8[N]  the same by what is usual of them: of some that are far off it knows nothing
@@ -233,9 +231,7 @@ learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's
     missed  f8[N]  mean square of what the equations miss, in units of what is taken for noise
     base_armature  f8[N]
     a sent  f8[N]  acceleration and torque that are looked at
-    noise  f8[N]  variance of the noise of samples
     one  f8[POLES]
-    raw  f8[3,N]  samples
     q_was  f8[2,N]  last outputs of the filters
     tau_was  f8[N]  the same
     moment  f8[N,UNKNOWNS]  of the least squares of a joint's torque: rotor, friction, mass, first moment

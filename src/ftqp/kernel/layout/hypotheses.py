@@ -39,19 +39,17 @@ class Hypothesis(IntEnum):
     """A joint that was left out has been where its own loop would have it."""
     CLEARED = 4, 0.05
     """The same for less long, which is enough where another joint is suspected."""
-    PREDICTED = 5, 0.005
-    """A joint that was left out moves as it would if it obeyed, and not as if it did not."""
-    BOTH_OBEY = 6, 0.2
+    BOTH_OBEY = 5, 0.2
     """Two joints on nearly one axis, which were made soft, are where their commands are."""
-    TOUCHED = 7, 0.01
+    TOUCHED = 6, 0.01
     """A force at the tip explains the torques that are unusual, and no single motor does."""
-    ALONE_AGAIN = 8, 0.1
+    ALONE_AGAIN = 7, 0.1
     """Nothing unusual is left of a touch."""
-    LAGS = 9, 0.02
+    LAGS = 8, 0.02
     """A joint is outside its error band."""
-    FOLLOWS = 10, 0.05
+    FOLLOWS = 9, 0.05
     """All errors are below half of what is tolerated."""
-    MOVES = 11, 0.02
+    MOVES = 10, 0.02
     """A joint is seen to move although its command rests: a mean over so long."""
 
 

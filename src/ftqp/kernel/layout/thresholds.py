@@ -41,10 +41,16 @@ MISSED_FROM: Final = 0.5
 while it has far to go."""
 
 OUTSIDE_FROM: Final = 1e-6
-"""A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside ..."""
-OUTSIDE_SIGMAS: Final = 6.0
-"""... and one that is measured there by so many standard deviations of its sensor's noise more, because noise
-alone exceeds them twice in 1e9 samples. The first is a convention, finer than encoders."""
+"""A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside. A
+convention, finer than encoders."""
+NOISE_LEVELS: Final = 6.0
+"""So many standard deviations of a noise are noise: it exceeds them twice in 1e9 samples by itself."""
+ROUNDING: Final = 1e-9
+"""What rounding may add to a position, a speed, a torque or a rate: this, and this share of it. A million
+units of rounding, and far below what an encoder shows."""
+RETURNS: Final = 0.5
+"""Share of its speed limit at which the command goes back to a joint that is held: the other half catches up
+with what moves meanwhile."""
 FASTEST: Final = 30.0
 """No joint is faster than this [rad/s or m/s], or than twice its limit ..."""
 UNLIMITED: Final = 1e4
@@ -53,11 +59,11 @@ beyond arms: what is faster is a wrong number."""
 MOST_ROWS: Final = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
 
+ERROR_BAND, BAND_TIME = 0.02, 0.1
+"""A joint may be this far [rad or m] from its command, farther by what that moves in this time [s], and by
+the noise of its sensor."""
 COARSEST: Final = 5e-3
 """No encoder has larger steps [rad or m]."""
-FROZEN_SIGMAS: Final = 6.0
-"""A noisy sensor whose number stays the same is frozen when the joint should have moved by so many standard
-deviations meanwhile, because noise alone makes that twice in 1e9 samples."""
 NOISE_OF_D: Final = sqrt(3.0) / 4.0
 """sigma_d = 0.43 sigma w^(5/2) dt^(1/2) is the noise of an observed acceleration. Derived, and compared with
 a Monte Carlo (docs/theory/feedback.md, "The observer")."""
@@ -69,8 +75,10 @@ falls (docs/theory/feedback.md, "The torque drive")."""
 PUSHED: Final = 0.1
 """A torque arm's joint that sticks is taken for one with more and more friction, up to this share of its
 torque limit."""
+STILL: Final = 0.01
+"""A joint that is seen to be slower than this [rad/s or m/s], beside noise, may as well stand; ..."""
 STILL_SAMPLES: Final = 8
-"""A locked joint that has been seen to rest for so many samples stands."""
+"""... a failed one that has been seen to rest for so many samples does."""
 
 FREE_SHARE: Final = 1e-3
 """Weight of a free-swinging joint as a share of the others': its own row decides what it does."""
@@ -100,6 +108,8 @@ GEAR: Final = 2e-4
 LEAST_SHIFT, MOST_SHIFT = 3.0, 8.0
 """Standard deviations of the shifts that the evidence tests: below, learning takes them; above, all are
 clear."""
+MONITOR_POLES: Final = 3.0
+"""Poles in a row behind which the monitor looks: it is so many time constants late, and forgets as fast."""
 SUSPECTS: Final = 0.3
 """From this share of the evidence that decides on, a joint is said to be suspected."""
 BESIDE: Final = 1e-6

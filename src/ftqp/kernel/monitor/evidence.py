@@ -26,8 +26,9 @@ from ftqp.kernel.monitor.servos import (
     variance,
 )
 
-HIDES = 0.2
-"""A fault may be learned as a droop for so long [s], as servos take to stop, before evidence rises."""
+USUAL_TIME = 0.2
+"""In so long [s], as servos take to stop, a fault may be learned as a droop before evidence rises. What is so
+for longer is usual: how far ahead of an arm its command is, and what disturbs it."""
 
 
 @jit
@@ -82,7 +83,7 @@ def weigh(K: Any, i: int, counts: bool) -> None:
     sharp = _gain(K, z_lock, M.z_sharp_old[i]) if counts else 0.0
     _sum(M.G, i, gain, M.top)
     # where it was last zero a change began: what was learned since is taken back
-    if M.G[i] == 0.0 and (K.state.ticks - M.safe_at[i]) * K.state.dt > HIDES:
+    if M.G[i] == 0.0 and (K.state.ticks - M.safe_at[i]) * K.state.dt > USUAL_TIME:
         M.safe_at[i] = K.state.ticks
         for r in range(SERVO):
             M.safe[1, i, r], M.safe[0, i, r] = M.safe[0, i, r], theta[r]

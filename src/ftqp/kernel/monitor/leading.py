@@ -23,7 +23,7 @@ from ftqp.kernel.layout.enums import (
     VIABILITY,
 )
 from ftqp.kernel.layout.feedback_rooms import SERVO
-from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, UNLIMITED
+from ftqp.kernel.layout.thresholds import AT_REST, LONGEST, MOST_SHIFT, RETURNS, UNLIMITED
 from ftqp.kernel.maths.elementary import is_finite, mul_add, sqrt, vector_view
 from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes, store_lanes
 from ftqp.kernel.monitor.servos import DROOP, block_time, may_stick, noise_of, variance
@@ -31,21 +31,17 @@ from ftqp.kernel.rows.joint_intervals import narrow
 
 BLENDS = 4.0
 """What is believed comes into the command over so many looks: nothing that is believed switches."""
-LAGS, TOLD_LEAST = 2.0, 0.01
-"""A servo of a stated bandwidth w lags by 2 v_max/w at most: no command leads it by more, nor need it
-lead by less than a joint goes in the second time [s]."""
 SHOWS, SHOWS_MOST = 0.004, 0.02
 """A command may always lead by what the joint goes at its limit in this time [s]: one that led by less would
 hide a fault, as what is learned of the droop would follow it. Nor by less than what the
 evidence counts, up to the second time."""
 CATCHES_UP = 0.25
-"""Beside its speed a joint catches up with this share of its limit, and what is believed comes in so fast."""
+"""Beside its speed a joint catches up with this share of its limit, what is believed comes in so fast, and so
+are late targets made up for."""
 ALL = 0.99
 """A joint that leads by this share of its bound leads by all of it."""
 TURNS = 0.5
 """Servos that take velocities push a joint that is held by its excess in so long [s], and back."""
-BACK = 0.5
-"""Share of its speed limit at which the command goes back to a joint that was found to be held."""
 
 
 @jit
@@ -70,8 +66,6 @@ def aim(K: Any, i: int) -> None:
     room = (max(theta[0], 0.0) + K.state.dt) * speed + max(theta[1], 0.0) * K.limits.a_max[i]
     room += sqrt(variance(P, phi)) + max(theta[2], 0.0) + 4.0 * sqrt(noise_of(K, i) / M.every)
     room = max(room, SHOWS * top, min(MOST_SHIFT * sqrt(M.S_sharp[i]), SHOWS_MOST * top))
-    if K.feedback.servo < inf:
-        room = min(room, max(LAGS * top / K.feedback.servo, TOLD_LEAST * top))
     M.room[i] = room
 
 
@@ -219,7 +213,7 @@ def keep_found(K: Any, i: int) -> bool:
     goal = M.place[i] + (M.tell[i] + M.droop[i] if K.feedback.kind == POSITION_DRIVE else 0.0)
     if M.found[i] != IS_LOCKED or not is_finite(goal):
         return False
-    way = BACK * K.state.dt * min(K.limits.v_max[i], UNLIMITED)
+    way = RETURNS * K.state.dt * min(K.limits.v_max[i], UNLIMITED)
     low, high = min(K.limits.q_min[i], last), max(K.limits.q_max[i], last)
     K.feedback.q_sent[i] = min(max(min(max(goal, last - way), last + way), low), high)
     K.feedback.v_sent[i] = 0.0

@@ -4,7 +4,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TORQUE_DRIVE
-from ftqp.kernel.layout.thresholds import BESIDE, LEAST_SHIFT
+from ftqp.kernel.layout.thresholds import BESIDE, LEAST_SHIFT, MONITOR_POLES, STILL
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, is_set, load_lanes
 from ftqp.kernel.monitor.evidence import forget_evidence, weigh
@@ -22,12 +22,6 @@ from ftqp.kernel.monitor.servos import (
     ticks_to_settle,
 )
 from ftqp.kernel.monitor.verdicts import arm_is_held, hold_arm, judge_joint, works
-
-MOVED = 0.01
-"""An arm that was never seen beside its commands and was so fast [rad/s or m/s] is ideal."""
-FORGETS = 3.0
-"""After so many time constants of the filters what did not come is forgotten: they have three poles. Of
-samples that failed to come for longer it takes as long as that, up to ``BEGINS``."""
 
 
 @jit
@@ -66,7 +60,7 @@ def _worst(K: Any) -> None:
 
 @jit
 def _is_seen(K: Any, then: int) -> bool:
-    """Whether there is anything to learn: not of an arm that was never seen beside its commands."""
+    """Whether there is anything to learn: not of an ideal arm, which was never seen beside its commands."""
     M = K.monitor
     if M.sees:
         return True
@@ -79,7 +73,7 @@ def _is_seen(K: Any, then: int) -> bool:
             return bool(K.feedback.speed_margin > 0.0)
     if not M.ideal:
         for at in range(0, K.chain.n, WIDTH):
-            if any_of(abs(load_lanes(K.state.v_command, at)) > MOVED):
+            if any_of(abs(load_lanes(K.state.v_command, at)) > STILL):
                 M.ideal = 1
     return False
 
@@ -111,9 +105,12 @@ def watch_servos(K: Any, first: bool, then: int, known: bool) -> None:
     for at in range(0, n, WIDTH):
         unseen = unseen or any_of(is_set(K.feedback.age, at))
         waits = waits or unseen or any_of(is_set(M.blind, at))
-    for i in range(n if waits else 0):  # what moves a torque arm's joint is moved by all others
+    # filters forget what did not come, later if it came later; what moves one torque joint is moved by all
+    for i in range(n if waits else 0):
         if K.feedback.age[i] > 0 or (unseen and K.feedback.kind == TORQUE_DRIVE):
-            M.blind[i] = int(min(max(FORGETS * constant, float(K.feedback.age[i])), BEGINS * constant)) + 1
+            M.blind[i] = (
+                int(min(max(MONITOR_POLES * constant, float(K.feedback.age[i])), BEGINS * constant)) + 1
+            )
         elif K.held.on:  # once it is let go its servo has to come to rest
             M.blind[i] = ticks_to_settle(K, i)
         elif M.blind[i] > 0 and (M.settles == 0 or abs(M.z[i]) < LEAST_SHIFT):  # else it is pushed still

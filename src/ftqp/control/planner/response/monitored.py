@@ -15,7 +15,7 @@ from ftqp.faults.detection.sight import Sight
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.other_records import DOUBTED, LEFT_ALONE, SWINGS_NOW, WORKS_STILL
-from ftqp.kernel.layout.thresholds import GEAR
+from ftqp.kernel.layout.thresholds import GEAR, MONITOR_POLES
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -27,8 +27,6 @@ STOPPED: Final = {
 OTHERS, AT_REST = 0.3, 0.01
 """Of a joint that stands the model misses as much as of this share of the others' motion, and of such a speed
 [rad/s or m/s], as ``ftqp.kernel.monitor.servos.residual`` has it."""
-POLES = 3.0
-"""Time constants by which three poles in a row are late."""
 
 
 def sight_of(K: Any, robot: Robot) -> Sight | None:
@@ -44,7 +42,7 @@ def sight_of(K: Any, robot: Robot) -> Sight | None:
         level=float(M.level),
         kappa=float(M.kappa),
         block=float(M.every) * float(K.state.dt),
-        late=POLES / float(M.w),
+        late=MONITOR_POLES / float(M.w),
         deviation=np.sqrt(spread),
         shaken=OTHERS * M.missed[:n] * (n - 1) / n,
         is_known=known.is_known,
