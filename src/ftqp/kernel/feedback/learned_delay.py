@@ -11,7 +11,7 @@ shakes, because there y is large and nothing else that the model lacks has the p
 Source: docs/theory/feedback.md, "Samples that come later than stated".
 """
 
-from math import floor
+from math import floor, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
@@ -77,7 +77,7 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
     learned.off_mean[i] += SLOWLY * y
     learned.a_mean[i] += SLOWLY * a
     learned.slope_mean[i] += SLOWLY * (learned.slope[i] - learned.slope_mean[i])
-    shakes = max(SHAKES, BY_NOISE * learned.felt * K.held.sigma[i])
+    shakes = max(SHAKES, BY_NOISE * learned.felt * sqrt(learned.noise[i]))
     if learned.until_later > 0 or weight <= 0.0 or abs(a) < shakes or K.feedback.unresponsive[i]:
         return
     if learned.estimates < KNOWN_AFTER:
