@@ -13,7 +13,7 @@ coarse, or its rotors are light. Its loop is then softened, before anybody is ac
 Source: docs/theory/feedback.md, "Samples that come later than stated".
 """
 
-from math import floor
+from math import floor, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
@@ -85,7 +85,7 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
     learned.a_mean[i] += SLOWLY * a
     learned.slope_mean[i] += SLOWLY * (learned.slope[i] - learned.slope_mean[i])
     learned.swings[i] -= learned.swings[i] / KNOWN_AFTER
-    shakes = max(SHAKES, BY_NOISE * learned.felt * K.held.sigma[i])
+    shakes = max(SHAKES, BY_NOISE * learned.felt * sqrt(learned.noise[i]))
     if learned.until_later > 0 or weight <= 0.0 or abs(a) < shakes or K.feedback.unresponsive[i]:
         return
     if a * learned.swung[i] <= 0.0:

@@ -47,6 +47,7 @@ def forget_learned(K: Any) -> None:
     for i in range(K.chain.n):
         learned.rotor[i] = learned.friction[i] = learned.used[i] = learned.slowness[i] = 0.0
         learned.sigma[i], learned.missed[i] = learned.doubt, 1.0
+        learned.noise[i] = K.feedback.sigma * K.feedback.sigma
     for k in range(4):
         learned.load[k] = 0.0
     if learned.based:

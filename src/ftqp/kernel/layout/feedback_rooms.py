@@ -231,7 +231,9 @@ learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's
     missed  f8[N]  mean square of what the equations miss, in units of what is taken for noise
     base_armature  f8[N]
     a sent  f8[N]  acceleration and torque that are looked at
+    noise  f8[N]  variance of the noise of samples
     one  f8[POLES]
+    raw  f8[3,N]  samples
     q_was  f8[2,N]  last outputs of the filters
     tau_was  f8[N]  the same
     moment  f8[N,UNKNOWNS]  of the least squares of a joint's torque: rotor, friction, mass, first moment
