@@ -87,7 +87,7 @@ def all_repeat_oddly(K: Any, then: int) -> bool:
     return False
 
 
-@rare_jit
+@jit
 def _rare_enough(K: Any) -> float:
     """exp(-level): evidence is as that of the monitor."""
     enough = 1.0
@@ -96,7 +96,7 @@ def _rare_enough(K: Any) -> float:
     return enough
 
 
-@rare_jit
+@jit
 def _after_repeats(K: Any, i: int, chances: float, enough: float) -> float:
     """``chances``, times that of joint i's number to have come as often again as it has.
 
@@ -122,7 +122,7 @@ def no_arm_repeats_so(K: Any) -> bool:
     return False
 
 
-@rare_jit
+@jit
 def _repeats_by_chance(K: Any, i: int) -> bool:
     """Whether joint i's number may have come again as often as it has while its encoder works."""
     enough = _rare_enough(K)
