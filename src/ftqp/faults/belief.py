@@ -74,7 +74,10 @@ class Belief:
                 self._refuse_empty_range(i, fault)
             case _:
                 not_served(fault, "the planner")
-        return self if self._faults.get(i) == fault else self._but(self._faults | {i: fault})
+        known = self._faults.get(i)
+        if known is not None and replace(known, joint=fault.joint) == fault:  # by its name or its number
+            return self
+        return self._but(self._faults | {i: fault})
 
     def without(self, joint: str | int) -> Self:
         """This belief, but the joint is healthy."""

@@ -70,11 +70,8 @@ STORIES = {
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["position", "torque"])
 @pytest.mark.parametrize("story", STORIES)
-def test_what_is_made_of_a_finding_is_what_python_makes_of_it(built, story, kind, request):
+def test_what_is_made_of_a_finding_is_what_python_makes_of_it(built, story, kind):
     """Joints stand, work again or lose their encoders unannounced: commands are Python's to the last bit."""
-    if (story, kind) == ("stands, and is reported later", "torque"):
-        reason = "after the report one acceleration of -14 rad/s2 differs in its last bit; not traced"
-        request.applymarker(pytest.mark.xfail(raises=AssertionError, strict=False, reason=reason))
     arm_does, told, named = STORIES[story]
     planner = ftqp.Planner(PANDA, DT, drive=kind, noise=NOISE)
     both = Both(built, planner, noise=NOISE.q)
