@@ -81,7 +81,8 @@ def test_a_joint_that_was_jammed_for_half_a_second_goes_on_being_used(drive, joi
     assert all(finding.withdrawn_at is not None for finding in planner.findings)
     assert FREED < planner.findings[-1].withdrawn_at < 4.0
     assert planner.faults == {}
-    assert errors.max() < 0.04 and errors[-500:].max() < 1e-3
+    most = 0.03 if drive == "torque" else 0.04  # nothing holds the joint of a torque arm once it is let go
+    assert errors.max() < most and errors[-500:].max() < 1e-3
 
 
 @pytest.mark.long

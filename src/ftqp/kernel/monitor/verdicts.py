@@ -237,7 +237,7 @@ def follows_again(K: Any, i: int) -> bool:
     """Whether a joint that was found to be locked has gone where it was asked to."""
     M, way = K.monitor, K.monitor.y_f[2, i] - K.monitor.place[i]
     if K.feedback.kind == TORQUE_DRIVE:  # it is sent no torque: what holds nothing falls
-        return bool(abs(way) > abs(M.tell[i]) and abs(M.v[i]) > AT_REST)
+        return bool(abs(way) > _excess(K, i) and abs(M.v[i]) > AT_REST)
     along = way if M.tell[i] > 0.0 else -way
     share, asked = WENT, abs(K.gate.sent[i] - M.place[i] - M.droop[i] - M.tell[i]) < GEAR
     if K.feedback.kind == VELOCITY_DRIVE:  # there and back, half as far to either side if let go half-way
