@@ -430,8 +430,8 @@ def _forget_older(slow: Any, phi: Any, share: float) -> None:
 
 @jit
 def _friction_squared(M: Any, i: int) -> float:
-    """The mean of the square of joint i's friction, of which one below zero holds nothing."""
-    f = max(M.theta[i, FRICTION], 0.0)
+    """The mean of the square of joint i's friction; one below zero is as wrong as it is far from zero."""
+    f = M.theta[i, FRICTION]
     return float(f * f + M.P[i, FRICTION, FRICTION])
 
 
