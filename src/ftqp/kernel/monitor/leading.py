@@ -153,7 +153,7 @@ def lead_joint(K: Any, i: int, bounded: bool) -> float:
     M, state, last = K.monitor, K.state, K.gate.sent[i]
     q = state.q_command[i]
     asked = want = wanted(K, i)
-    held_back = 0.0
+    held_back = now = room = 0.0
     if bounded:
         now, room = seen_now(K, i), M.room[i]
         if M.names and M.G_lock[i] > M.level and may_stick(K, i):  # friction may hold it: it is asked for all
@@ -165,6 +165,9 @@ def lead_joint(K: Any, i: int, bounded: bool) -> float:
         held_back = abs(want - asked) / room
     way = way_of(K, i)
     want = min(max(want, last - way), last + way)
+    if bounded and K.feedback.thrown > 0.0:  # it goes along with what a blow has thrown, lest that flies back
+        way = state.dt * min(K.limits.v_max[i], UNLIMITED)
+        want = min(max(want, min(now - room, last + way)), max(now + room, last - way))
     low, high = min(K.limits.q_min[i], q, last), max(K.limits.q_max[i], q, last)
     want = min(max(want, low), high)
     K.feedback.q_sent[i] = want
