@@ -430,9 +430,12 @@ def _forget_older(slow: Any, phi: Any, share: float) -> None:
 
 @jit
 def _friction_squared(M: Any, i: int) -> float:
-    """The mean of the square of joint i's friction; one below zero is as wrong as it is far from zero."""
-    f = M.theta[i, FRICTION]
-    return float(f * f + M.P[i, FRICTION, FRICTION])
+    """The mean of the square of joint i's friction, of which one below zero holds nothing.
+
+    But of a joint that stands it is then as wrong as it is far from zero.
+    """
+    f, var = M.theta[i, FRICTION], M.P[i, FRICTION, FRICTION]
+    return float(f * f + var if f > 0.0 else max(f * f * M.rests[i], var))
 
 
 @jit
