@@ -9,8 +9,9 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import HEALTHY, POSITION_DRIVE, STOPPED_BY_DEVIATION
 from ftqp.kernel.layout.hypotheses import LAGS
-from ftqp.kernel.layout.thresholds import SCALED_FROM
-from ftqp.kernel.maths.elementary import sqrt
+from ftqp.kernel.layout.thresholds import BAND_TIME, ERROR_BAND, NOISE_LEVELS, SCALED_FROM
+from ftqp.kernel.maths.elementary import any_of, mul_add, sqrt
+from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes
 from ftqp.kernel.rows.task_rows import component_of
 
 FULL_SPEED_TO = 0.6
@@ -40,7 +41,7 @@ def norms(task: Any, kinematics: Any, error: Any) -> tuple[Any, Any]:
 
 
 @jit
-def _joint_gap(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> float:
+def _joint_gap(faults: Any, feedback: Any, chain: Any, past: Any) -> float:
     """max |q_u - q_r| / error band over healthy joints; who is farthest."""
     then = slot(feedback, feedback.latency)
     gap = 0.0
@@ -50,8 +51,19 @@ def _joint_gap(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) ->
             if g > gap:
                 gap = g
                 feedback.isolated_joint = i
-    persisted(state, feedback, LAGS, 0, gap > 1.0)
     return gap
+
+
+@jit
+def _may_be_off(K: Any) -> bool:
+    """Whether any joint is outside its error band, be it one that has failed."""
+    feedback, past, then = K.feedback, K.past, slot(K.feedback, K.feedback.latency)
+    least = ERROR_BAND + NOISE_LEVELS * feedback.sigma
+    for at in range(0, K.chain.n, WIDTH):
+        off = abs(load_lanes(feedback.seen, at) - load_lanes(past.q[then], at))
+        if any_of(off > mul_add(BAND_TIME, abs(load_lanes(past.v[then], at)), least)):
+            return True
+    return False
 
 
 @jit
@@ -71,8 +83,11 @@ def measure_gap(K: Any) -> None:
         silent = 1.0 if feedback.silent > feedback.patience else 0.0
         odd = K.monitor.worst if feedback.kind == POSITION_DRIVE else 0.0  # else its loop takes it back
         feedback.gap, feedback.tip_gap, feedback.far = max(odd, held_back, silent), 0.0, 0
+        joints = feedback.gap  # a joint out of its band lets no path wait, but is said
+        if feedback.kind == POSITION_DRIVE and _may_be_off(K):
+            joints = max(joints, _joint_gap(K.faults, feedback, K.chain, K.past))
+        persisted(K.state, feedback, LAGS, 0, joints > 1.0)
         feedback.isolated_joint = K.monitor.suspect
-        persisted(K.state, feedback, LAGS, 0, feedback.gap > 1.0)
         return
     if not feedback.displaced and feedback.exact:
         feedback.far = feedback.persistence[LAGS, 0] = 0
@@ -82,7 +97,8 @@ def measure_gap(K: Any) -> None:
     position, rotation = norms(K.task, K.kinematics, feedback.left)
     gap = max(position / feedback.tolerance, rotation / feedback.rotation_tolerance)
     feedback.tip_gap = gap
-    joints = _joint_gap(K.state, K.faults, feedback, K.chain, K.past)
+    joints = _joint_gap(K.faults, feedback, K.chain, K.past)
+    persisted(K.state, feedback, LAGS, 0, joints > 1.0)
     feedback.gap = max(gap, joints) if K.monitor.on else gap
     if feedback.silent > feedback.patience:  # of an arm that rests its model knows best
         feedback.gap = max(feedback.gap, 1.0)
