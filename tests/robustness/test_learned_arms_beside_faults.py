@@ -1,4 +1,4 @@
-"""Episodes of ``ftqp campaign wrong-model`` in which a torque arm that learns what it is once broke a law."""
+"""Episodes of ``ftqp campaign wrong-model`` and ``detection`` in which a learned arm once broke a law."""
 
 import pytest
 
@@ -13,10 +13,15 @@ def episodes(*numbers):
     )
 
 
-def broken(number, *overrides):
+def row_of(study, number, *overrides):
+    """An episode, judged."""
+    campaign = load_campaign(study, overrides)
+    return EpisodeWork(campaign=campaign).row_of(number, campaign.drawn(number)[0])
+
+
+def broken(number, *overrides, study="wrong-model"):
     """What an episode breaks, in sentences."""
-    campaign = load_campaign("wrong-model", overrides)
-    row = EpisodeWork(campaign=campaign).row_of(number, campaign.drawn(number)[0])
+    row = row_of(study, number, *overrides)
     return "" if row["outcome"] == "sound" else row["sentences"]
 
 
@@ -56,3 +61,22 @@ def test_lock_leaves_what_was_learned_before_it(number):
 def test_healthy_arm_whose_samples_come_late_keeps_every_law(number):
     """4 ms late, which nobody had said: it swung at rest and left its speed limits."""
     assert not broken(number)
+
+
+@episodes(111, 90, 677, 1020, 1677)
+def test_position_servo_pulls_no_joint_back_faster_than_its_limit(number):
+    """Its command stood where the joint had been before a blow threw it, by up to 0.23 rad."""
+    assert not broken(number, study="detection")
+
+
+@episodes(1322, 1052)
+def test_position_arm_says_that_a_joint_is_outside_its_error_band(number):
+    """It said OK until the evidence of a joint without motor had come up to what decides."""
+    assert not broken(number, study="detection")
+
+
+@episodes(684, 248)
+def test_weak_wrist_behind_a_velocity_servo_that_creeps_to_rest_is_not_said_to_be_locked(number):
+    """Its friction was believed to be far below zero, so that nothing could hold it."""
+    row = row_of("detection", number)
+    assert row["outcome"] == "sound" and not row["wrong_joint"]
