@@ -75,8 +75,9 @@ def test_position_arm_says_that_a_joint_is_outside_its_error_band(number):
     assert not broken(number, study="detection")
 
 
-@episodes(684, 248)
-def test_weak_wrist_behind_a_velocity_servo_that_creeps_to_rest_is_not_said_to_be_locked(number):
-    """Its friction was believed to be far below zero, so that nothing could hold it."""
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "alarms"), [(684, 0), (248, 1)])
+def test_weak_wrist_behind_a_velocity_servo_that_creeps_to_rest_is_hardly_said_to_be_locked(number, alarms):
+    """Its friction was believed to be far below zero, so that nothing could hold it: six alarms, now one."""
     row = row_of("detection", number)
-    assert row["outcome"] == "sound" and not row["wrong_joint"]
+    assert row["outcome"] == "sound" and not row["wrong_joint"] and row["false_alarms"] <= alarms

@@ -9,9 +9,8 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import HEALTHY, POSITION_DRIVE, STOPPED_BY_DEVIATION
 from ftqp.kernel.layout.hypotheses import LAGS
-from ftqp.kernel.layout.thresholds import BAND_TIME, ERROR_BAND, NOISE_LEVELS, SCALED_FROM
-from ftqp.kernel.maths.elementary import any_of, mul_add, sqrt
-from ftqp.kernel.maths.side_by_side import WIDTH, load_lanes
+from ftqp.kernel.layout.thresholds import SCALED_FROM
+from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
 
 FULL_SPEED_TO = 0.6
@@ -55,18 +54,6 @@ def _joint_gap(faults: Any, feedback: Any, chain: Any, past: Any) -> float:
 
 
 @jit
-def _may_be_off(K: Any) -> bool:
-    """Whether any joint is outside its error band, be it one that has failed."""
-    feedback, past, then = K.feedback, K.past, slot(K.feedback, K.feedback.latency)
-    least = ERROR_BAND + NOISE_LEVELS * feedback.sigma
-    for at in range(0, K.chain.n, WIDTH):
-        off = abs(load_lanes(feedback.seen, at) - load_lanes(past.q[then], at))
-        if any_of(off > mul_add(BAND_TIME, abs(load_lanes(past.v[then], at)), least)):
-            return True
-    return False
-
-
-@jit
 def measure_gap(K: Any) -> None:
     """g, what the arm leaves uncorrected, in units of what is tolerated: of d + c, and of every joint.
 
@@ -83,10 +70,8 @@ def measure_gap(K: Any) -> None:
         silent = 1.0 if feedback.silent > feedback.patience else 0.0
         odd = K.monitor.worst if feedback.kind == POSITION_DRIVE else 0.0  # else its loop takes it back
         feedback.gap, feedback.tip_gap, feedback.far = max(odd, held_back, silent), 0.0, 0
-        joints = feedback.gap  # a joint out of its band lets no path wait, but is said
-        if feedback.kind == POSITION_DRIVE and _may_be_off(K):
-            joints = max(joints, _joint_gap(K.faults, feedback, K.chain, K.past))
-        persisted(K.state, feedback, LAGS, 0, joints > 1.0)
+        joints = _joint_gap(K.faults, feedback, K.chain, K.past)  # lets no path wait, but is said
+        persisted(K.state, feedback, LAGS, 0, max(feedback.gap, joints) > 1.0)
         feedback.isolated_joint = K.monitor.suspect
         return
     if not feedback.displaced and feedback.exact:
