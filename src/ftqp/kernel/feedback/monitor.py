@@ -45,6 +45,7 @@ def watch_torques(K: Any) -> None:
     feedback = K.feedback
     suspect = unusual(K)
     if is_known(K.state, K.learned):
+        reduce_gain(K)
         if K.faults.working == K.chain.n:
             detect_touch(K)
         else:  # what looked like one was the failure
@@ -53,9 +54,9 @@ def watch_torques(K: Any) -> None:
             not may_suspect(K.faults, feedback, K.chain, K.state) or is_push(K, feedback.odd)
         ):
             suspect = -1
-        reduce_gain(K)
     else:  # it may be the model that is wrong
         suspect = -1
+    suspect = -1
     feedback.unresponsive_count, found = 0, -1
     for j in range(K.chain.n):
         if K.faults.code[j] != HEALTHY:
@@ -65,10 +66,6 @@ def watch_torques(K: Any) -> None:
     for j in range(K.chain.n):
         if feedback.unresponsive[j]:
             watch(K, j, found >= 0)
-        elif j == found or (
-            feedback.asks[j] and K.faults.code[j] == HEALTHY and not gain_reduced(feedback, j)
-        ):
-            leave_out(K, j)
         feedback.unresponsive_count += feedback.unresponsive[j]
 
 

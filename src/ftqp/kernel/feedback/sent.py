@@ -180,7 +180,7 @@ def _torques(K: Any) -> None:
     n, w, now = K.chain.n, feedback.stiffness, feedback.now
     for i in range(n):
         wanted[i] = state.a_command[i]
-        feedback.reduced_torque[i] = 0.0
+        feedback.reduced_torque[i] = feedback.own_v[i] = 0.0
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
             top = (1.0 - feedback.speed_margin) * limits.v_max[i]
             back = _feedback(top, w, state.q[i] - feedback.q_now[i], state.v[i], feedback.v_now[i])
@@ -190,6 +190,7 @@ def _torques(K: Any) -> None:
                 feedback.reduced_torque[i] = reduced_gain_torque(feedback, i, state.a_command, back)
             else:
                 wanted[i] += back
+                feedback.own_v[i] = back - min(max(back, -limits.a_max[i]), limits.a_max[i])
     for k in range(faults.working, faults.movable):
         _swing(state, faults, feedback, K.chain, K.free, faults.order[k], wanted)
     slips = SLIPS + SLIP_SIGMAS * feedback.sigma * feedback.failed_noise
@@ -211,12 +212,12 @@ def _torques(K: Any) -> None:
             _send_to_unresponsive(limits, feedback, K.chain, past, i, wanted)
             continue
         tau = _model_torque(feedback, K.chain, i, wanted)
-        sent = min(
-            max(
-                tau + _forward(limits, feedback, K.chain, i) + feedback.reduced_torque[i], -limits.tau_max[i]
-            ),
-            limits.tau_max[i],
-        )
+        most = limits.tau_max[i]
+        sent = tau + _forward(limits, feedback, K.chain, i) + feedback.reduced_torque[i]
+        for j in range(n):
+            if j != i:
+                sent -= M[i, j] * feedback.own_v[j]
+        sent = min(max(sent, -most), most)
         extra[count] = sent - tau
         changed = changed or extra[count] != 0.0
         feedback.tau_sent[i] = sent
