@@ -165,6 +165,33 @@ def _is_driven_on(K: Any, i: int) -> bool:
     return bool(waits and feedback.tau_sent[i] * K.held.speed[i] > 0.0)
 
 
+@jit
+def _correct_alone(K: Any, beyond: Any) -> None:
+    """What a correction is to be beyond a_max is left to the joint's own motor, whatever the others do.
+
+    That is through the inertia that it has where they do not answer, 1/(M^-1)_ii: else one that does not obey,
+    and whose error grows, would throw the others about, which are made to go along with it.
+    """
+    feedback, faults, S, column = K.feedback, K.faults, K.scratch.square, K.feedback.asked
+    factored = False
+    for k in range(faults.working):
+        i = faults.order[k]
+        if beyond[i] == 0.0:
+            continue
+        if not factored:
+            for a in range(faults.working):
+                for b in range(a + 1):
+                    S[a, b] = feedback.M[faults.order[a], faults.order[b]]
+            factored = factor(S, faults.working)
+            if not factored:
+                return
+        for a in range(faults.working):
+            column[a] = 0.0
+        column[k] = 1.0
+        solve_factored(S, faults.working, column)
+        feedback.reduced_torque[i] = beyond[i] / column[k]
+
+
 @rare_jit
 def _torques(K: Any) -> None:
     """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 where there is no motor.
@@ -180,7 +207,7 @@ def _torques(K: Any) -> None:
     n, w, now = K.chain.n, feedback.stiffness, feedback.now
     for i in range(n):
         wanted[i] = state.a_command[i]
-        feedback.reduced_torque[i] = feedback.own_v[i] = 0.0
+        feedback.reduced_torque[i] = extra[i] = 0.0
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
             top = (1.0 - feedback.speed_margin) * limits.v_max[i]
             back = _feedback(top, w, state.q[i] - feedback.q_now[i], state.v[i], feedback.v_now[i])
@@ -189,8 +216,10 @@ def _torques(K: Any) -> None:
             if gain_reduced(feedback, i):
                 feedback.reduced_torque[i] = reduced_gain_torque(feedback, i, state.a_command, back)
             else:
-                wanted[i] += back
-                feedback.own_v[i] = back - min(max(back, -limits.a_max[i]), limits.a_max[i])
+                near = min(max(back, -limits.a_max[i]), limits.a_max[i])
+                wanted[i] += near
+                extra[i] = back - near
+    _correct_alone(K, extra)
     for k in range(faults.working, faults.movable):
         _swing(state, faults, feedback, K.chain, K.free, faults.order[k], wanted)
     slips = SLIPS + SLIP_SIGMAS * feedback.sigma * feedback.failed_noise
@@ -214,9 +243,6 @@ def _torques(K: Any) -> None:
         tau = _model_torque(feedback, K.chain, i, wanted)
         most = limits.tau_max[i]
         sent = tau + _forward(limits, feedback, K.chain, i) + feedback.reduced_torque[i]
-        for j in range(n):
-            if j != i:
-                sent -= M[i, j] * feedback.own_v[j]
         sent = min(max(sent, -most), most)
         extra[count] = sent - tau
         changed = changed or extra[count] != 0.0
