@@ -42,6 +42,5 @@ def redistribute_disturbance(K: Any, f: int) -> None:
     for a in range(count):
         i = feedback.others[a]
         feedback.d_hat[i] += column[a] * feedback.d_hat[f]
-        feedback.d_slow[i] += column[a] * feedback.d_slow[f]
         for ago in range(feedback.latency + 2):
             past.a[slot(feedback, ago), i] -= column[a] * feedback.d_hat[f]

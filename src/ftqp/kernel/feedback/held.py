@@ -273,7 +273,8 @@ def _stand(K: Any) -> None:
             feedback.bad[i] = feedback.age[i] = 0
             feedback.spent[i] = 0.0
         if feedback.kind == TORQUE_DRIVE:
-            feedback.d_hat[i] = feedback.d_slow[i] = held.baseline[i]
+            feedback.d_slow[i] = held.baseline[i]
+            feedback.d_hat[i] = held.baseline[i] / feedback.M[i, i] if feedback.M[i, i] > 0.0 else 0.0
 
 
 @jit

@@ -179,7 +179,6 @@ def _weigh(K: Any, i: int, more: float) -> None:
         return
     m = feedback.M[i, i] / heavier
     feedback.d_hat[i] += (1.0 - m) * past.a[slot(feedback, feedback.latency + 1), i]
-    feedback.d_slow[i] *= m
     for s in range(feedback.span):
         past.a[s, i] *= m
 

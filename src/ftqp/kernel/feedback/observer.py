@@ -84,12 +84,6 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     if not healthy or feedback.kind == TORQUE_DRIVE:
         q, v = predicted(K.state, K.limits, feedback, q, v, past.a, i, feedback.d_hat[i])
     feedback.q_now[i], feedback.v_now[i] = q, v
-    if healthy and not feedback.unresponsive[i]:
-        pace = K.learned.slowness[i] * (soft_share(feedback, i) if gain_reduced(feedback, i) else 1.0)
-        if feedback.thrown == 0.0 and not feedback.bad[i]:  # an impact is no disturbance that lasts
-            feedback.d_slow[i] += pace * (feedback.d_hat[i] - feedback.d_slow[i])
-    else:
-        feedback.d_slow[i] = 0.0
 
 
 @jit
@@ -105,7 +99,7 @@ def _observe_block(
     odd = is_set(feedback.bad, at) | is_set(feedback.unresponsive, at) | (failed & ~known) | (known & ~failed)
     if any_of(odd):
         return False
-    d, d_slow = load_lanes(feedback.d_hat, at), load_lanes(feedback.d_slow, at)
+    d = load_lanes(feedback.d_hat, at)
     q, v = advanced(
         state,
         load_lanes(feedback.q_hat, at),
@@ -121,9 +115,6 @@ def _observe_block(
     store_lanes(feedback.d_hat, at, d)
     store_lanes(feedback.q_now, at, q)
     store_lanes(feedback.v_now, at, v)
-    store_lanes(
-        feedback.d_slow, at, select(failed, 0.0, d_slow + load_lanes(learned.slowness, at) * (d - d_slow))
-    )
     return True
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic
 from ftqp.kernel.feedback.held import CREEPS
-from ftqp.kernel.feedback.pairs import gain_reduced, reduced_gain_torque
+from ftqp.kernel.feedback.pairs import gain_reduced, reduced_gain_torque, soft_share
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
 from ftqp.kernel.jit import jit, part_jit, rare_jit
@@ -36,15 +36,9 @@ def _swing(state: Any, faults: Any, feedback: Any, chain: Any, free: Any, i: int
     so would what is fed forward: no disturbance of the others acts on it, so that M_i: d = 0.
     """
     M = feedback.M
-    feedback.d_slow[i] = 0.0
     if free.contact[i]:
         wanted[i] = 0.0
         return
-    disturbed = 0.0
-    for k in range(faults.working):
-        j = faults.order[k]
-        disturbed -= M[i, j] * feedback.d_slow[j]
-    feedback.d_slow[i] = disturbed / M[i, i]
     total = -feedback.h[i] - faults.friction[i] * feedback.v_now[i]
     for j in range(chain.n):
         if j != i:
@@ -79,10 +73,35 @@ def _model_torque(feedback: Any, chain: Any, i: int, wanted: Any) -> float:
 def _forward(limits: Any, feedback: Any, chain: Any, i: int) -> float:
     """clip(-(M d)_i, +-0.3 tau_max) of the observed disturbance."""
     most = FEED_FORWARD_SHARE * limits.tau_max[i]
-    forward = 0.0
-    for j in range(chain.n):
-        forward -= feedback.M[i, j] * feedback.d_slow[j]
-    return min(max(forward, -most), most)
+    return min(max(-feedback.d_slow[i], -most), most)
+
+
+@jit
+def _follow_disturbance(K: Any) -> None:
+    """The torque (M d)_i that disturbs a joint for long, as the model takes it.
+
+    Of a joint that does not obey that is its own alone: what another one was to do and does not is no torque.
+    """
+    feedback, faults, free, M, d = K.feedback, K.faults, K.free, K.feedback.M, K.feedback.d_hat
+    for k in range(faults.working, K.chain.n):
+        feedback.d_slow[faults.order[k]] = 0.0
+    if feedback.thrown > 0.0:  # an impact is no disturbance that lasts
+        return
+    for k in range(faults.working):
+        i = faults.order[k]
+        if feedback.bad[i]:
+            continue
+        torque = 0.0
+        for l in range(faults.working):
+            torque += M[i, faults.order[l]] * d[faults.order[l]]
+        for l in range(faults.working, faults.movable):
+            f = faults.order[l]
+            if free.contact[f]:
+                continue
+            for m in range(faults.working):
+                torque -= M[i, f] * M[f, faults.order[m]] * d[faults.order[m]] / M[f, f]
+        pace = K.learned.slowness[i] * (soft_share(feedback, i) if gain_reduced(feedback, i) else 1.0)
+        feedback.d_slow[i] += pace * (torque - feedback.d_slow[i])
 
 
 @jit
@@ -205,6 +224,7 @@ def _torques(K: Any) -> None:
     feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
     M, wanted, extra = feedback.M, K.scratch.joints, K.scratch.impulse
     n, w, now = K.chain.n, feedback.stiffness, feedback.now
+    _follow_disturbance(K)
     for i in range(n):
         wanted[i] = state.a_command[i]
         feedback.reduced_torque[i] = extra[i] = 0.0
