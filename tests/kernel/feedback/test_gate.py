@@ -168,7 +168,7 @@ def test_a_command_that_is_no_number_is_replaced_by_the_last_one_braked(drive, j
     ride = Ride(drive)
     v = ride.last[2].copy()
     if drive == "torque":
-        ride.K.feedback.d_slow[joint] = np.nan
+        ride.K.feedback.tau_slow[joint] = np.nan
     else:
         ride.K.monitor.stated_lead[:] = np.nan
     if drive == "velocity":

@@ -266,7 +266,6 @@ class Drive:
         if lead is None:
             lead = 2.0 / self.fastest if self.fastest is not None and not self.takes_velocity else 0.0
         observer = observer_of(w, SHAKEN * a_max, noise.q * sqrt(dt)) if self.kind == "torque" else OBSERVER
-        felt = NOISE_OF_D * observer**2 * sqrt(observer * dt)
         return {
             "kappa": min(own, KAPPA_DELAY / delay, KAPPA_MOST, rattles),
             "hold": min(hold, HOLD_DELAY / delay, HOLD_MOST),
@@ -275,8 +274,7 @@ class Drive:
             "pole": exp(-observer * dt),
             "pole_failed": exp(-OBSERVER_FAILED * dt),
             "failed_noise": OBSERVER_FAILED * sqrt(OBSERVER_FAILED * dt),
-            "felt_noise": felt,
-            "missing_noise": felt / (sqrt(3.0) * observer * LATELY),  # of its mean over that time
+            "missing_noise": NOISE_OF_D * observer * sqrt(observer * dt / 3.0) / LATELY,  # of d^ in its mean
             "sigma": noise.q,
             "patience": PATIENCE,
         }

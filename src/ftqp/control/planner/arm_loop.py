@@ -183,7 +183,7 @@ class ArmLoop:
         feedback, n = self._session.K.feedback, len(self._joints)
         if feedback.kind != DriveKind.TORQUE:
             return np.full(n, np.nan)
-        result: FloatArray = np.array(feedback.d_slow[:n])
+        result: FloatArray = np.array(feedback.tau_slow[:n])
         return result
 
 

@@ -27,9 +27,9 @@ def bounded_limit(limits: Any, i: int) -> float:
 
 
 @jit
-def noise_of_missing(K: Any, i: int, felt: float) -> float:
-    """Variance of (M d)_i by the noise of all samples, of which an observer makes ``felt``."""
-    total = 0.0
+def noise_of_missing(K: Any, i: int) -> float:
+    """Variance of ``missing`` by the noise of all samples."""
+    felt, total = K.feedback.missing_noise, 0.0
     for j in range(K.chain.n):
         m = K.feedback.M[i, j] * max(K.held.sigma[j], K.feedback.sigma)
         total += m * m
@@ -38,14 +38,14 @@ def noise_of_missing(K: Any, i: int, felt: float) -> float:
 
 
 @jit
-def doubt(K: Any, i: int, felt: float) -> float:
+def doubt(K: Any, i: int) -> float:
     """Variance of what joint i may seem to lack: noise, its rotor, and what its equation was seen to miss.
 
     What a model misses it misses of more than one joint, and a motor that fails of its own alone: so that
     counts as far as another equation misses as much.
     """
     learned, others = K.learned, 0.0
-    variance = noise_of_missing(K, i, felt)
+    variance = noise_of_missing(K, i)
     if learned.on:
         for j in range(K.chain.n):
             if j != i:

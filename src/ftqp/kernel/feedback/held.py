@@ -157,7 +157,7 @@ def _stands_block(K: Any, at: int, then: int, dt: float) -> tuple[bool, float, f
         load_lanes(K.past.q[then], at),
         load_lanes(held.baseline, at),
     )
-    usual = load_lanes(feedback.d_slow, at) if feedback.kind == TORQUE_DRIVE else sent - sample
+    usual = load_lanes(feedback.tau_slow, at) if feedback.kind == TORQUE_DRIVE else sent - sample
     usual = mul_add(min(1.0, dt / USUAL_TIME), usual - ahead, ahead)
     store_lanes(held.baseline, at, select(works & (abs(speed) > still), usual, ahead))
     lately, before = max(JUST, 2.0 * SAMPLES * K.state.dt), load_lanes(held.moved_lately, at)
@@ -212,9 +212,7 @@ def hold(K: Any) -> None:
         else:
             gate.q[i] = gate.sent[i] - K.monitor.droop[i]
         feedback.held[i] = 0
-        feedback.unresponsive[i] = 0
         reset_counter(feedback, i)
-    feedback.unresponsive_count = 0
     if feedback.kind == TORQUE_DRIVE:
         forget_since_held(K)
 
@@ -273,7 +271,7 @@ def _stand(K: Any) -> None:
             feedback.bad[i] = feedback.age[i] = 0
             feedback.spent[i] = 0.0
         if feedback.kind == TORQUE_DRIVE:
-            feedback.d_slow[i] = held.baseline[i]
+            feedback.tau_slow[i] = held.baseline[i]
             feedback.d_hat[i] = held.baseline[i] / feedback.M[i, i] if feedback.M[i, i] > 0.0 else 0.0
 
 

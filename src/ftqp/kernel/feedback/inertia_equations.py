@@ -171,8 +171,8 @@ def take(K: Any) -> None:
     """The equations of this tick, one a joint, are added to the least squares.
 
     A joint that is locked, whose number repeats oddly, or that mimics another says nothing, nor does any
-    while something pushes the tip of an arm that has moved for a while; one that seems not to obey, or of a
-    soft pair, says something of its own rotor, which may be why, and nothing of the load.
+    while something pushes the tip of an arm that has moved for a while; one of a soft
+    pair says something of its own rotor, which may be why, and nothing of the load.
     """
     learned, feedback, supposed = K.learned, K.feedback, K.supposed
     chain, kinematics, a = K.chain, K.kinematics, learned.a
@@ -201,7 +201,7 @@ def take(K: Any) -> None:
         says = says and chain.lead[i] == i
         _load_row(K, i, A, alpha, w)
         row[0], row[1] = a[i], learned.sense[POLES - 1, i]
-        if feedback.unresponsive[i] or gain_reduced(feedback, i):
+        if gain_reduced(feedback, i):
             row[2] = row[3] = row[4] = row[5] = 0.0
         missed = learned.sent[i] - kinematics.tau[i]
         if K.faults.code[i] == FREE:  # what was reported of its friction is no news

@@ -71,8 +71,7 @@ def _set_loop(K: Any, later: int, softer: int) -> None:
     learned.later, learned.softer = later, softer
     paces = learned.paces[softer, later]
     feedback.stiffness, feedback.pole, feedback.kappa = paces[0], paces[1], paces[2]
-    feedback.felt_noise, feedback.missing_noise = paces[3], paces[4]
-    learned.gain = paces[5]
+    feedback.missing_noise, learned.gain = paces[3], paces[4]
 
 
 @jit
@@ -86,7 +85,7 @@ def hear_delay(K: Any, i: int, off: float, weight: float) -> None:
     learned.slope_mean[i] += SLOWLY * (learned.slope[i] - learned.slope_mean[i])
     learned.swings[i] -= learned.swings[i] / KNOWN_AFTER
     shakes = max(SHAKES, BY_NOISE * learned.felt * sqrt(learned.noise[i]))
-    if learned.until_later > 0 or weight <= 0.0 or abs(a) < shakes or K.feedback.unresponsive[i]:
+    if learned.until_later > 0 or weight <= 0.0 or abs(a) < shakes:
         return
     if a * learned.swung[i] <= 0.0:
         learned.swings[i] += 1.0

@@ -146,7 +146,7 @@ def _go_back(K: Any) -> None:
     learned = K.learned
     _take_back(K)
     for i in range(K.chain.n):
-        if K.faults.code[i] != HEALTHY or K.feedback.unresponsive[i]:
+        if K.faults.code[i] != HEALTHY:
             _forget_joint(learned, i)
         if K.faults.code[i] == FREE or K.faults.code[i] == MEASURED:
             learned.friction[i], learned.until_free = K.faults.coulomb[i], learned.start
@@ -175,7 +175,7 @@ def _weigh(K: Any, i: int, more: float) -> None:
     """
     feedback, past = K.feedback, K.past
     heavier = feedback.M[i, i] + more
-    if more == 0.0 or not feedback.M[i, i] > 0.0 or not heavier > 0.0 or feedback.unresponsive[i]:
+    if more == 0.0 or not feedback.M[i, i] > 0.0 or not heavier > 0.0:
         return
     m = feedback.M[i, i] / heavier
     feedback.d_hat[i] += (1.0 - m) * past.a[slot(feedback, feedback.latency + 1), i]

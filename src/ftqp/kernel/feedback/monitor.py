@@ -7,17 +7,17 @@ torques, what torques are unusual. Who has failed is said by ``ftqp.kernel.monit
 
 from typing import Any
 
+from ftqp.kernel.feedback.disturbance import note_missing
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.learned_inertia import is_known
-from ftqp.kernel.feedback.pairs import gain_reduced, partner, reduce_gain
+from ftqp.kernel.feedback.pairs import partner, reduce_gain
 from ftqp.kernel.feedback.persistence import persisted
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.touch import detect_touch, is_push
-from ftqp.kernel.feedback.unresponsive import leave_out, may_suspect, unusual, watch
+from ftqp.kernel.feedback.touch import detect_touch
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.latches.settling import latch
 from ftqp.kernel.layout.enums import ALL_BRAKES, HEALTHY, NO_BRAKES, STOPPED_BY_LAG, TORQUE_DRIVE
-from ftqp.kernel.layout.hypotheses import LEFT_BAND, SILENT, TOO_FAST, TOUCHED
+from ftqp.kernel.layout.hypotheses import LEFT_BAND, TOO_FAST, TOUCHED
 from ftqp.kernel.maths.elementary import larger
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, load_lanes
 from ftqp.kernel.monitor.verdicts import OVERSPEED, is_near
@@ -41,32 +41,16 @@ def _brake_and_stop(watch: Any, feedback: Any, i: int) -> None:
 
 @rare_jit
 def watch_torques(K: Any) -> None:
-    """The joints of a torque arm whose motors seem not to give what is sent, and those that do again."""
+    """What of a torque arm's torques is unusual, once its model is known: a push, or one of a pair."""
     feedback = K.feedback
-    suspect = unusual(K)
-    if is_known(K.state, K.learned):
-        reduce_gain(K)
-        if K.faults.working == K.chain.n:
-            detect_touch(K)
-        else:  # what looked like one was the failure
-            feedback.touched = feedback.persistence[TOUCHED, 0] = 0
-        if suspect >= 0 and (
-            not may_suspect(K.faults, feedback, K.chain, K.state) or is_push(K, feedback.odd)
-        ):
-            suspect = -1
-    else:  # it may be the model that is wrong
-        suspect = -1
-    suspect = -1
-    feedback.unresponsive_count, found = 0, -1
-    for j in range(K.chain.n):
-        if K.faults.code[j] != HEALTHY:
-            feedback.unresponsive[j] = feedback.persistence[SILENT, j] = 0
-        elif not feedback.unresponsive[j] and persisted(K.state, feedback, SILENT, j, j == suspect):
-            found = j
-    for j in range(K.chain.n):
-        if feedback.unresponsive[j]:
-            watch(K, j, found >= 0)
-        feedback.unresponsive_count += feedback.unresponsive[j]
+    note_missing(K)
+    if not is_known(K.state, K.learned):  # it may be the model that is wrong
+        return
+    reduce_gain(K)
+    if K.faults.working == K.chain.n:
+        detect_touch(K)
+    else:  # what looked like one was the failure
+        feedback.touched = feedback.persistence[TOUCHED, 0] = 0
 
 
 @jit

@@ -6,7 +6,6 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.feedback.error_band import redistribute_disturbance
 from ftqp.kernel.feedback.inertia_equations import sense
-from ftqp.kernel.feedback.pairs import gain_reduced, soft_share
 from ftqp.kernel.feedback.reference import return_to_work
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
@@ -65,11 +64,11 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
         feedback.known_failed[i] = 0
     elif not feedback.known_failed[i]:
         feedback.known_failed[i] = 1
-        if feedback.kind == TORQUE_DRIVE and not feedback.unresponsive[i]:
+        if feedback.kind == TORQUE_DRIVE:
             redistribute_disturbance(K, i)
         for ago in range(feedback.latency + 2):
             past.a[slot(feedback, ago), i] += feedback.d_hat[i]
-        feedback.d_hat[i] = feedback.d_slow[i] = 0.0
+        feedback.d_hat[i] = feedback.tau_slow[i] = 0.0
         feedback.still[i] = 0
     z = feedback.pole if healthy else feedback.pole_failed
     if feedback.bad[i]:
@@ -96,7 +95,7 @@ def _observe_block(
     """
     failed = is_set(faults.code, at)
     known = is_set(feedback.known_failed, at)
-    odd = is_set(feedback.bad, at) | is_set(feedback.unresponsive, at) | (failed & ~known) | (known & ~failed)
+    odd = is_set(feedback.bad, at) | (failed & ~known) | (known & ~failed)
     if any_of(odd):
         return False
     d = load_lanes(feedback.d_hat, at)
@@ -157,7 +156,7 @@ def dynamics_at_estimate(K: Any) -> None:
     dynamics(K, supposed)
     for i in range(n):
         feedback.h[i] = kinematics.h[i]
-        if K.faults.code[i] == HEALTHY and not feedback.unresponsive[i]:
+        if K.faults.code[i] == HEALTHY:
             v = K.state.v_command[i]
             feedback.h[i] += K.chain.viscous[i] * (v - supposed.v[i]) + K.learned.friction[i] * sense(v)
         for j in range(n):

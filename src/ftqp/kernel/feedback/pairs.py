@@ -60,7 +60,7 @@ def _missing(K: Any) -> int:
             worst, most = i, energy
     if worst < 0 or most < EXPLAINS * total or abs(missing[worst]) < UNUSUAL * limits.tau_max[worst]:
         return -1
-    far = CLEAR * sqrt(doubt(K, worst, feedback.missing_noise))
+    far = CLEAR * sqrt(doubt(K, worst))
     return worst if abs(missing[worst]) > far else -1
 
 

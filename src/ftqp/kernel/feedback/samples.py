@@ -99,7 +99,7 @@ def begin(K: Any) -> None:
     feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
-    feedback.quiet = feedback.unresponsive_count = feedback.samples = 0
+    feedback.quiet = feedback.samples = 0
     feedback.softened = feedback.touched = 0
     feedback.time_error = 0.0
     feedback.stored = feedback.until_stored = 0
@@ -115,7 +115,7 @@ def begin(K: Any) -> None:
         feedback.seen[i] = feedback.good[i] = feedback.foretold[i] = at
         feedback.q_hat[i] = feedback.q_now[i] = at
         feedback.v_hat[i] = feedback.v_now[i] = feedback.v_sent[i] = v
-        feedback.d_hat[i] = feedback.d_slow[i] = 0.0
+        feedback.d_hat[i] = feedback.tau_slow[i] = 0.0
         feedback.offset[i] = at - q
         feedback.age[i] = feedback.still[i] = feedback.bad[i] = 0
         forget_repeats(feedback, i, at)
@@ -124,7 +124,6 @@ def begin(K: Any) -> None:
             feedback.spent[i] = 0.0
             feedback.lost[i] = feedback.asks[i] = 0
             feedback.known_failed[i] = 0 if K.faults.code[K.chain.lead[i]] == HEALTHY else 1
-        feedback.unresponsive[i] = 0
         feedback.wound[i] = feedback.baseline[i] = feedback.missing[i] = 0.0
         for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i], past.tau[s, i] = q, v, 0.0, 0.0

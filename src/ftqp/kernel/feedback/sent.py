@@ -3,10 +3,10 @@
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import mimic
+from ftqp.kernel.feedback.disturbance import follow_disturbance
 from ftqp.kernel.feedback.held import CREEPS
-from ftqp.kernel.feedback.pairs import gain_reduced, reduced_gain_torque, soft_share
+from ftqp.kernel.feedback.pairs import gain_reduced, reduced_gain_torque
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.elementary import sqrt
@@ -73,35 +73,7 @@ def _model_torque(feedback: Any, chain: Any, i: int, wanted: Any) -> float:
 def _forward(limits: Any, feedback: Any, chain: Any, i: int) -> float:
     """clip(-(M d)_i, +-0.3 tau_max) of the observed disturbance."""
     most = FEED_FORWARD_SHARE * limits.tau_max[i]
-    return min(max(-feedback.d_slow[i], -most), most)
-
-
-@jit
-def _follow_disturbance(K: Any) -> None:
-    """The torque (M d)_i that disturbs a joint for long, as the model takes it.
-
-    Of a joint that does not obey that is its own alone: what another one was to do and does not is no torque.
-    """
-    feedback, faults, free, M, d = K.feedback, K.faults, K.free, K.feedback.M, K.feedback.d_hat
-    for k in range(faults.working, K.chain.n):
-        feedback.d_slow[faults.order[k]] = 0.0
-    if feedback.thrown > 0.0:  # an impact is no disturbance that lasts
-        return
-    for k in range(faults.working):
-        i = faults.order[k]
-        if feedback.bad[i]:
-            continue
-        torque = 0.0
-        for l in range(faults.working):
-            torque += M[i, faults.order[l]] * d[faults.order[l]]
-        for l in range(faults.working, faults.movable):
-            f = faults.order[l]
-            if free.contact[f]:
-                continue
-            for m in range(faults.working):
-                torque -= M[i, f] * M[f, faults.order[m]] * d[faults.order[m]] / M[f, f]
-        pace = K.learned.slowness[i] * (soft_share(feedback, i) if gain_reduced(feedback, i) else 1.0)
-        feedback.d_slow[i] += pace * (torque - feedback.d_slow[i])
+    return min(max(-feedback.tau_slow[i], -most), most)
 
 
 @jit
@@ -111,7 +83,7 @@ def _farthest_beyond(faults: Any, limits: Any, feedback: Any, chain: Any, count:
     worst, most = -1, 1.0
     for k in range(faults.working):
         i = faults.order[k]
-        known = feedback.unresponsive[i] != 0 or chain.lead[i] != i
+        known = chain.lead[i] != i
         for a in range(count):
             known = known or feedback.others[a] == i
         if known:
@@ -154,20 +126,6 @@ def _share_limits(faults: Any, limits: Any, feedback: Any, chain: Any, scratch: 
 
 
 @jit
-def _send_to_unresponsive(limits: Any, feedback: Any, chain: Any, past: Any, i: int, wanted: Any) -> None:
-    """The torque with which a joint does what it should, if it obeys, and what it does in that case."""
-    top = limits.tau_max[i]
-    inertia = feedback.alone[i]
-    most = FEED_FORWARD_SHARE * top
-    tau = _model_torque(feedback, chain, i, wanted) + inertia * (feedback.asked[i] - wanted[i])
-    forward = min(max(-inertia * feedback.own_slow[i], -most), most)
-    sent = min(max(tau + forward, -top), top)
-    feedback.tau_sent[i] = sent
-    if not feedback.asks[i]:
-        past.own[feedback.now, feedback.place[i]] = feedback.asked[i] + (sent - tau) / inertia
-
-
-@jit
 def _feedback(top: float, w: float, off: float, v: float, seen: float) -> float:
     """w^2 e + 2 w (v_r - v^) = 2 w (v_r + w/2 e - v^); it seeks no speed that the reference may not have."""
     top, sought = max(top, abs(v)), v + 0.5 * w * off
@@ -188,10 +146,11 @@ def _is_driven_on(K: Any, i: int) -> bool:
 def _correct_alone(K: Any, beyond: Any) -> None:
     """What a correction is to be beyond a_max is left to the joint's own motor, whatever the others do.
 
-    That is through the inertia that it has where they do not answer, 1/(M^-1)_ii: else one that does not obey,
-    and whose error grows, would throw the others about, which are made to go along with it.
+    That is through the inertia that it has where they do not answer, 1/(M^-1)_ii: else one that does not
+    obey, and whose error grows, would throw the others about, which are made to go along with it.
+    Source: docs/theory/feedback.md, "The torque drive".
     """
-    feedback, faults, S, column = K.feedback, K.faults, K.scratch.square, K.feedback.asked
+    feedback, faults, S, column = K.feedback, K.faults, K.scratch.square, K.feedback.bent
     factored = False
     for k in range(faults.working):
         i = faults.order[k]
@@ -224,7 +183,7 @@ def _torques(K: Any) -> None:
     feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
     M, wanted, extra = feedback.M, K.scratch.joints, K.scratch.impulse
     n, w, now = K.chain.n, feedback.stiffness, feedback.now
-    _follow_disturbance(K)
+    follow_disturbance(K)
     for i in range(n):
         wanted[i] = state.a_command[i]
         feedback.reduced_torque[i] = extra[i] = 0.0
@@ -247,8 +206,6 @@ def _torques(K: Any) -> None:
         i = faults.order[k]
         if faults.code[i] == LOCKED and abs(feedback.v_hat[i]) > slips:
             _slip(state, faults, feedback, i, wanted)
-    if feedback.unresponsive_count:
-        predict_unresponsive(faults, limits, feedback, K.chain, K.scratch, wanted, FEEDBACK_SHARE)
     _share_limits(faults, limits, feedback, K.chain, K.scratch, wanted)
     changed = False
     count = 0
@@ -256,9 +213,6 @@ def _torques(K: Any) -> None:
         i = faults.order[k]
         if K.chain.lead[i] != i:
             feedback.tau_sent[i] = 0.0
-            continue
-        if feedback.unresponsive[i]:
-            _send_to_unresponsive(limits, feedback, K.chain, past, i, wanted)
             continue
         tau = _model_torque(feedback, K.chain, i, wanted)
         most = limits.tau_max[i]
@@ -284,8 +238,6 @@ def _torques(K: Any) -> None:
             solve_factored(S, count, extra)
             for k in range(count):
                 past.a[now, moving[k]] += extra[k]
-    if feedback.unresponsive_count:
-        inform_unresponsive(feedback, K.chain, past)
     if K.chain.mimics:
         mimic(K.chain, past.a[now])
 

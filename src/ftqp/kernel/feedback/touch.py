@@ -116,7 +116,6 @@ def _is_noise(K: Any) -> bool:
     """Whether no joint's torque stands out of its noise."""
     feedback = K.feedback
     for i in range(K.chain.n):
-        noise = noise_of_missing(K, i, feedback.missing_noise)
-        if feedback.missing[i] * feedback.missing[i] > CLEAR * CLEAR * noise:
+        if feedback.missing[i] * feedback.missing[i] > CLEAR * CLEAR * noise_of_missing(K, i):
             return False
     return True

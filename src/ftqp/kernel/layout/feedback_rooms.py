@@ -18,7 +18,7 @@ SOFTER = 2
 """The loop of a torque arm that rings becomes softer so many times."""
 SERVO = 6
 """Learned of the servo of a joint: lag, rotor, friction, droop, and that by weight and by inertia."""
-PACES = ("stiffness", "pole", "kappa", "felt_noise", "missing_noise", "gain")
+PACES = ("stiffness", "pole", "kappa", "missing_noise", "gain")
 """What changes with the delay and where a loop rings, the last in the room ``learned``, the others in
 ``feedback``."""
 
@@ -39,9 +39,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     any_counted  i8  some joint is out of hand
     brakes  i8  which the arm has
     moving  i8  the joint that goes on, from 1, 0 none
-    unresponsive_count  i8
     samples  i8  ticks of observation
-    place_taken  i8
     softened  i8  ``soft_one`` and ``soft_other`` are on one axis, and one of them seems not to obey
     touched  i8  ticks for which something has pushed the tip
     soft_one soft_other  i8
@@ -50,7 +48,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     pole pole_failed  f8  of the observer
     sigma  f8  noise of the samples
     patience  f8
-    failed_noise felt_noise missing_noise  f8  what observers make of the noise of samples, whose unit is 1
+    failed_noise missing_noise  f8  what observers make of the noise of samples, whose unit is 1
     tolerance rotation_tolerance gap tip_gap rate rate_change late up speed  f8
     spent_elsewhere  f8
     time_error  f8  by how much samples were late or early at most, those of all joints alike [s]
@@ -69,16 +67,12 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     offset  f8[N]
     foretold  f8[N]  where the last good one was expected by those that went with each other
     spent  f8[N]  patience that bad samples have cost
-    q_hat v_hat d_hat d_slow q_now v_now q_sent v_sent tau_sent h  f8[N]
+    q_hat v_hat d_hat tau_slow q_now v_now q_sent v_sent tau_sent h  f8[N]
     wound  f8[N]  integral part of a velocity arm's hold
     bent  f8[N]  memory
     baseline  f8[N]  torques that disturb for long
-    asked  f8[N]  accelerations that joints which do not obey should have
-    reduced_torque  f8[N]  what holds the softened
-    missing  f8[N]  ``odd`` in a short mean
-    odd  f8[N]  torques less ``usual``
-    own_q own_v own_d own_slow  f8[N]  observer of joints that do not obey, if they did
-    alone  f8[N]  their inertia then
+    reduced_torque  f8[N]  what holds the softened, and what a joint's own motor adds to a correction
+    missing  f8[N]  torques less ``baseline``, in a short mean
     same moved  f8[N]
     increment  f8[N]  the smallest step between samples
     grain  f8[N]  the smallest one that noise does not make
@@ -94,8 +88,6 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     lost bad still known_failed  i8[N]
     asks  i8[N]  for its brake, as ``brakes`` says that the arm has them
     others  i8[N]  memory
-    unresponsive  i8[N]  joints that do not obey
-    place  i8[N]  the suspect's column of ``past.own``
     persistence  i8[HYPOTHESES,N]  ticks for which each hypothesis of the monitor has had evidence, those of
         the whole arm at joint 0
     tip  f8[12]
@@ -105,7 +97,6 @@ past  The last ticks in a ring: reference, what was sent, tip of the reference a
     known  i8[DELAYS]
     q v  f8[DELAYS,N]
     a tau  f8[DELAYS,N]  acceleration and torque that were sent
-    own  f8[DELAYS,2]  what a suspect, and the one before it, was sent
     tip  f8[DELAYS,12]
     error  f8[DELAYS,6]
 history  Given targets of the last second, every few ticks.
@@ -216,7 +207,7 @@ learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's
     pole  f8  of the filters
     forget  f8  what an estimate leaves of the information of the one before
     doubt  f8  rotor inertia that the model may lack
-    gain  f8  of d_slow
+    gain  f8  of ``tau_slow``
     begun  f8  what the filters make of a constant, ``one`` that of one
     felt  f8  what they make of the noise of samples, as an acceleration
     reach base_mass base_lever base_stoutness  f8
@@ -227,7 +218,7 @@ learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's
     rotor friction  f8[N]  estimates
     sigma  f8[N]  how wrong the rotor may be
     used  f8[N]  the rotor that counts
-    slowness  f8[N]  of d_slow of each joint
+    slowness  f8[N]  of ``tau_slow`` of each joint
     missed  f8[N]  mean square of what the equations miss, in units of what is taken for noise
     base_armature  f8[N]
     a sent  f8[N]  acceleration and torque that are looked at
@@ -248,7 +239,7 @@ learned  What ``ftqp.kernel.feedback.learned_inertia`` finds that a torque arm's
     slope_mean off_mean a_mean  f8[N]  slow means of it, of what the equation misses, and of ``a``
     swung  f8[N]  how far an acceleration was from its slow mean at a joint's last swing to and fro
     swings  f8[N]  how many of these there were lately
-    paces  f8[SOFTER+1,LATER+1,6]  the loop's gains, softer and with more ticks, as ``PACES``; stiffness 0:
+    paces  f8[SOFTER+1,LATER+1,5]  the loop's gains, softer and with more ticks, as ``PACES``; stiffness 0:
         none
     kept_load  f8[KEPT,4]
     kept_rotor kept_friction kept_sigma  f8[KEPT,N]

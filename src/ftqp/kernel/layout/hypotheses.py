@@ -33,23 +33,17 @@ class Hypothesis(IntEnum):
     """A joint is outside its error band although the arm is being stopped."""
     TOO_FAST = 1, 0.01, 0.1
     """A joint is faster than its command and its limit by 20 % of that."""
-    SILENT = 2, 0.003
-    """The motor of one joint alone explains the torques that are unusual: it does not give what is sent."""
-    OBEYS = 3, 0.2
-    """A joint that was left out has been where its own loop would have it."""
-    CLEARED = 4, 0.05
-    """The same for less long, which is enough where another joint is suspected."""
-    BOTH_OBEY = 5, 0.2
+    BOTH_OBEY = 2, 0.2
     """Two joints on nearly one axis, which were made soft, are where their commands are."""
-    TOUCHED = 6, 0.01
+    TOUCHED = 3, 0.01
     """A force at the tip explains the torques that are unusual, and no single motor does."""
-    ALONE_AGAIN = 7, 0.1
+    ALONE_AGAIN = 4, 0.1
     """Nothing unusual is left of a touch."""
-    LAGS = 8, 0.02
+    LAGS = 5, 0.02
     """A joint is outside its error band."""
-    FOLLOWS = 9, 0.05
+    FOLLOWS = 6, 0.05
     """All errors are below half of what is tolerated."""
-    MOVES = 10, 0.02
+    MOVES = 7, 0.02
     """A joint is seen to move although its command rests: a mean over so long."""
 
 
