@@ -77,7 +77,8 @@ def watch_motion(K: Any) -> None:
     """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast.
 
     What an impact has thrown is brought back, and is not out of hand: a brake that closed now would be a
-    second impact for the others.
+    second impact for the others. How fast a torque arm's joint is its samples alone say: an observer counts on
+    what is sent against it.
     """
     feedback, past, top = K.feedback, K.past, K.limits.v_max
     then = slot(feedback, feedback.latency)
@@ -93,7 +94,8 @@ def watch_motion(K: Any) -> None:
         else:
             far = abs(feedback.seen[i] - past.q[then, i]) > error_band(feedback, past, i)
         out = K.watch.latched != 0 and far and not _is_thrown(K, i)
-        fast = abs(feedback.v_hat[i]) > OVERSPEED * top[i] + max(top[i], abs(past.v[then, i]))
+        v = K.held.speed[i] if feedback.kind == TORQUE_DRIVE else feedback.v_hat[i]
+        fast = abs(v) > OVERSPEED * top[i] + max(top[i], abs(past.v[then, i]))
         if out or fast:
             feedback.any_counted = 1
         if persisted(K.state, feedback, TOO_FAST, i, fast):
