@@ -8,7 +8,6 @@ Source: docs/theory/feedback.md, "The torque drive".
 
 from typing import Any
 
-from ftqp.kernel.feedback.pairs import gain_reduced, soft_share
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.hypotheses import TOUCHED
@@ -38,8 +37,7 @@ def follow_disturbance(K: Any) -> None:
             f = faults.order[l]
             for m in range(faults.working if free.contact[f] == 0 else 0):
                 torque -= M[i, f] * M[f, faults.order[m]] * d[faults.order[m]] / M[f, f]
-        pace = K.learned.slowness[i] * (soft_share(feedback, i) if gain_reduced(feedback, i) else 1.0)
-        feedback.tau_slow[i] += pace * (torque - feedback.tau_slow[i])
+        feedback.tau_slow[i] += K.learned.slowness[i] * (torque - feedback.tau_slow[i])
 
 
 @jit

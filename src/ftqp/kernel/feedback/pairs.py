@@ -95,24 +95,3 @@ def gain_reduced(feedback: Any, i: int) -> bool:
     """Whether the feedback of joint i is soft."""
     soft: bool = feedback.softened != 0 and (i == feedback.soft_one or i == feedback.soft_other)
     return soft
-
-
-@jit
-def soft_share(feedback: Any, i: int) -> float:
-    """1 - r of a joint of a soft pair, with r = |M_ij|/sqrt(M_ii M_jj).
-
-    M_ii (1 - r) is the least inertia that the pair has in any direction, whoever of the two obeys.
-    """
-    M = feedback.M
-    j = feedback.soft_other if i == feedback.soft_one else feedback.soft_one
-    share: float = 1.0 - abs(M[i, j]) / sqrt(M[i, i] * M[j, j])
-    return share
-
-
-@jit
-def reduced_gain_torque(feedback: Any, i: int, a: Any, back: float) -> float:
-    """M_ii (1 - r) (a_i + b_i) - M_ii a_i - M_ij a_j, beside M a."""
-    M = feedback.M
-    j = feedback.soft_other if i == feedback.soft_one else feedback.soft_one
-    tau: float = M[i, i] * (soft_share(feedback, i) * (a[i] + back) - a[i]) - M[i, j] * a[j]
-    return tau

@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.arm.kinematics import mimic
 from ftqp.kernel.feedback.disturbance import follow_disturbance
 from ftqp.kernel.feedback.held import CREEPS
-from ftqp.kernel.feedback.pairs import gain_reduced, reduced_gain_torque
+from ftqp.kernel.feedback.pairs import gain_reduced
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, STOPPED, TORQUE_DRIVE, VELOCITY_DRIVE
@@ -192,12 +192,9 @@ def _torques(K: Any) -> None:
             back = _feedback(top, w, state.q[i] - feedback.q_now[i], state.v[i], feedback.v_now[i])
             most = FEEDBACK_SHARE * limits.tau_max[i] / M[i, i]
             back = min(max(back, -most), most)
-            if gain_reduced(feedback, i):
-                feedback.reduced_torque[i] = reduced_gain_torque(feedback, i, state.a_command, back)
-            else:
-                near = min(max(back, -limits.a_max[i]), limits.a_max[i])
-                wanted[i] += near
-                extra[i] = back - near
+            near = 0.0 if gain_reduced(feedback, i) else min(max(back, -limits.a_max[i]), limits.a_max[i])
+            wanted[i] += near
+            extra[i] = back - near
     _correct_alone(K, extra)
     for k in range(faults.working, faults.movable):
         _swing(state, faults, feedback, K.chain, K.free, faults.order[k], wanted)
