@@ -77,8 +77,8 @@ def watch_motion(K: Any) -> None:
     """The joints that are out of hand, whatever the drive: out of their bands in a stop, or too fast.
 
     What an impact has thrown is brought back, and is not out of hand: a brake that closed now would be a
-    second impact for the others. How fast a torque arm's joint is its samples alone say: an observer counts on
-    what is sent against it.
+    second impact for the others. How fast a torque arm's joint is its samples alone
+    say: an observer counts on what is sent against it.
     """
     feedback, past, top = K.feedback, K.past, K.limits.v_max
     then = slot(feedback, feedback.latency)

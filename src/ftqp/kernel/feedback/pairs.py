@@ -13,9 +13,9 @@ from ftqp.kernel.layout.thresholds import GOES_ON, NOISE_LEVELS
 
 PARALLEL = 0.7
 """Two axes are nearly one when M_ij^2/(M_ii M_jj) is larger. Where one of both lacks torque that is unusual,
-in the mean over ``LATELY``, the feedback of both is soft until both are where their commands are. An iiwa14
-whose joint 1 or 3 had lost its motor was shaken by noise without it, a Panda went to six times its speed
-limits (docs/theory/feedback.md, "The torque drive")."""
+in the mean over ``LATELY``, what corrects both is left to their own motors until both are where their
+commands are. An iiwa14 whose joint 1 or 3 had lost its motor was shaken by noise without it
+(docs/theory/feedback.md, "Two joints on nearly one axis")."""
 
 NEAR = 0.3
 """A joint obeys when its error is below this share of its band, and it goes no faster than its command."""
@@ -69,7 +69,7 @@ def reduce_gain(K: Any) -> None:
     """The feedback of a suspect and of the joint on the same axis is soft until both obey again.
 
     Which of the two fails is not asked: a loop that is stable beside either is enough.
-    Source: docs/theory/feedback.md, "The torque drive".
+    Source: docs/theory/feedback.md, "Two joints on nearly one axis".
     """
     feedback, faults = K.feedback, K.faults
     if faults.working == K.chain.n and not feedback.touched:

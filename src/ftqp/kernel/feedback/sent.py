@@ -17,9 +17,8 @@ from ftqp.kernel.monitor.leading import ahead, blend, held_by, keep_found, lead_
 FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
 FEEDBACK_SHARE = 0.6
-"""The feedback of a joint asks its own inertia for up to this share of its torque limit. Without a bound a
-Panda whose joint 4 braked unannounced went to eight times its speed limits (docs/theory/feedback.md, "The
-torque drive"); with 0.3 arms did not withstand a push, and 0.6 is a guess."""
+"""The feedback of a joint asks its own inertia for up to this share of its torque limit. With 0.3 arms did
+not withstand a push, and 0.6 is a guess."""
 
 SLIPS, SLIP_SIGMAS = 0.1, 10.0
 """A locked joint observed to be faster than this [rad/s or m/s], beside so many standard deviations of noise,
@@ -144,39 +143,41 @@ def _is_driven_on(K: Any, i: int) -> bool:
 
 @jit
 def _correct_alone(K: Any, beyond: Any) -> None:
-    """What a correction is to be beyond a_max is left to the joint's own motor, whatever the others do.
+    """What of a correction is ``beyond`` a_max is left to the joint's own motor, whatever the others do.
 
     That is through the inertia that it has where they do not answer, 1/(M^-1)_ii: else one that does not
     obey, and whose error grows, would throw the others about, which are made to go along with it.
     Source: docs/theory/feedback.md, "The torque drive".
     """
     feedback, faults, S, column = K.feedback, K.faults, K.scratch.square, K.feedback.bent
-    factored = False
+    moving, count, factored = feedback.others, 0, False
     for k in range(faults.working):
-        i = faults.order[k]
-        if beyond[i] == 0.0:
+        if K.chain.lead[faults.order[k]] == faults.order[k]:
+            moving[count] = faults.order[k]
+            count += 1
+    for k in range(count):
+        if beyond[moving[k]] == 0.0:
             continue
         if not factored:
-            for a in range(faults.working):
+            for a in range(count):
                 for b in range(a + 1):
-                    S[a, b] = feedback.M[faults.order[a], faults.order[b]]
-            factored = factor(S, faults.working)
+                    S[a, b] = feedback.M[moving[a], moving[b]]
+            factored = factor(S, count)
             if not factored:
                 return
-        for a in range(faults.working):
-            column[a] = 0.0
-        column[k] = 1.0
-        solve_factored(S, faults.working, column)
-        feedback.reduced_torque[i] = beyond[i] / column[k]
+        for a in range(count):
+            column[a] = 1.0 if a == k else 0.0
+        solve_factored(S, count, column)
+        feedback.reduced_torque[moving[k]] = beyond[moving[k]] / column[k]
 
 
 @rare_jit
 def _torques(K: Any) -> None:
-    """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 where there is no motor.
+    """tau = M (a_r + b') + (b - b')/(M^-1)_ii + h + tau_ff, clipped; 0 where there is no motor.
 
-    Feedback is clipped to +-0.6 tau_max_i/M_ii, so that a joint that does not obey, and whose error grows,
-    does not throw the others about. tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was
-    sent goes to the observer as the acceleration that the model makes of it, so that it knows saturation
+    b = clip(w^2 (q_r - q^) + 2 w (v_r - v^), +-0.6 tau_max_i/M_ii) corrects a joint, and b' = clip(b, +-a_max)
+    is what the others go along with. tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What
+    was sent goes to the observer as the acceleration that the model makes of it, so that it knows saturation
     and its own feed-forward.
     Source: docs/theory/feedback.md, "The torque drive".
     """

@@ -71,7 +71,7 @@ LEAST_SPEED: Final = 0.03
 """A reference slower than this [rad/s or m/s] does not show whether a joint stands."""
 LATELY: Final = 0.02
 """Torques that two joints on one axis lack are looked at in the mean over such a time [s], so that noise
-falls (docs/theory/feedback.md, "The torque drive")."""
+falls (docs/theory/feedback.md, "Two joints on nearly one axis")."""
 PUSHED: Final = 0.1
 """A torque arm's joint that sticks is taken for one with more and more friction, up to this share of its
 torque limit."""
