@@ -175,10 +175,10 @@ def _correct_alone(K: Any, beyond: Any) -> None:
 def _torques(K: Any) -> None:
     """tau = M (a_r + b') + (b - b')/(M^-1)_ii + h + tau_ff, clipped; 0 where there is no motor.
 
-    b = clip(w^2 (q_r - q^) + 2 w (v_r - v^), +-0.6 tau_max_i/M_ii) corrects a joint, and b' = clip(b, +-a_max)
-    is what the others go along with. tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What
-    was sent goes to the observer as the acceleration that the model makes of it, so that it knows saturation
-    and its own feed-forward.
+    b = clip(w^2 (q_r - q^) + 2 w (v_r - v^), +-0.6 tau_max_i/M_ii) corrects a joint, and the others go along
+    with b' = clip(b, +-a_max). tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was sent
+    goes to the observer as the acceleration that the model makes of it, so that it knows saturation and its
+    own feed-forward.
     Source: docs/theory/feedback.md, "The torque drive".
     """
     feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
