@@ -167,8 +167,10 @@ def _runs_away(K: Any, i: int) -> bool:
     feedback = K.feedback
     if feedback.asks[i] == 0 or _may_be_carried(K, i):
         return False
+    fast = feedback.persistence[TOO_FAST, i] > 0
     for j in range(K.chain.n):  # an arm that has gone out of hand is no joint's doing
-        if j != i and works(K, j) and (feedback.asks[j] != 0 or feedback.persistence[TOO_FAST, j] > 0):
+        too_fast = feedback.persistence[TOO_FAST, j] > 0
+        if j != i and works(K, j) and (too_fast or (feedback.asks[j] != 0 and not fast)):
             return False
     return True
 
