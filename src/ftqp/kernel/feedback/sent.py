@@ -142,43 +142,58 @@ def _is_driven_on(K: Any, i: int) -> bool:
 
 
 @jit
-def _correct_alone(K: Any, beyond: Any) -> None:
-    """What of a correction is ``beyond`` a_max is left to the joint's own motor, whatever the others do.
+def _correct_beyond(K: Any, wanted: Any, beyond: Any) -> None:
+    """What of corrections is ``beyond`` a_max: others go along only as far as healthy joints may be asked to.
 
-    That is through the inertia that it has where they do not answer, 1/(M^-1)_ii: else one that does not
-    obey, and whose error grows, would throw the others about, which are made to go along with it.
+    M_hj b_j is what joint h needs to stay where joint j corrects. It gets at most what a_max,h takes, and the
+    motor of joint j what moves j by b_j all the same: else a joint that does not obey, and whose error grows,
+    would throw the others about. The joints of a soft pair do not go along at all.
     Source: docs/theory/feedback.md, "The torque drive".
     """
-    feedback, faults, S, column = K.feedback, K.faults, K.scratch.square, K.feedback.bent
-    moving, count, factored = feedback.others, 0, False
+    feedback, faults, M, S = K.feedback, K.faults, K.feedback.M, K.scratch.square
+    moving, along, column, count, factored = feedback.others, K.scratch.wide[0], K.scratch.wide[1], 0, False
     for k in range(faults.working):
         if K.chain.lead[faults.order[k]] == faults.order[k]:
             moving[count] = faults.order[k]
             count += 1
     for k in range(count):
-        if beyond[moving[k]] == 0.0:
+        j = moving[k]
+        b = beyond[j]
+        if b == 0.0:
             continue
-        if not factored:
+        soft, whole = gain_reduced(feedback, j), True
+        for a in range(count):
+            h = moving[a]
+            most = 0.0 if soft else K.limits.a_max[h] * M[h, h]
+            along[a] = min(max(M[h, j] * b, -most), most)
+            whole = whole and (h == j or along[a] == M[h, j] * b)
+        if not whole and not factored:
             for a in range(count):
-                for b in range(a + 1):
-                    S[a, b] = feedback.M[moving[a], moving[b]]
+                for c in range(a + 1):
+                    S[a, c] = M[moving[a], moving[c]]
             factored = factor(S, count)
-            if not factored:
-                return
+        if whole or not factored:
+            wanted[j] += b
+            continue
         for a in range(count):
             column[a] = 1.0 if a == k else 0.0
         solve_factored(S, count, column)
-        feedback.reduced_torque[moving[k]] = beyond[moving[k]] / column[k]
+        own = b
+        for a in range(count):
+            if a != k:
+                own -= column[a] * along[a]
+                feedback.reduced_torque[moving[a]] += along[a]
+        feedback.reduced_torque[j] += own / column[k]
 
 
 @rare_jit
 def _torques(K: Any) -> None:
-    """tau = M (a_r + b') + (b - b')/(M^-1)_ii + h + tau_ff, clipped; 0 where there is no motor.
+    """tau = M (a_r + b') + c + h + tau_ff, clipped; 0 where there is no motor.
 
-    b = clip(w^2 (q_r - q^) + 2 w (v_r - v^), +-0.6 tau_max_i/M_ii) corrects a joint, and the others go along
-    with b' = clip(b, +-a_max). tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was sent
-    goes to the observer as the acceleration that the model makes of it, so that it knows saturation and its
-    own feed-forward.
+    b = clip(w^2 (q_r - q^) + 2 w (v_r - v^), +-0.6 tau_max_i/M_ii) corrects a joint, b' = clip(b, +-a_max),
+    and c makes the rest of b, see ``_correct_beyond``. tau_ff = clip(-M d, +-0.3 tau_max) of the observed
+    disturbance. What was sent goes to the observer as the acceleration that the model makes of it, so that
+    it knows saturation and its own feed-forward.
     Source: docs/theory/feedback.md, "The torque drive".
     """
     feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
@@ -196,7 +211,7 @@ def _torques(K: Any) -> None:
             near = 0.0 if gain_reduced(feedback, i) else min(max(back, -limits.a_max[i]), limits.a_max[i])
             wanted[i] += near
             extra[i] = back - near
-    _correct_alone(K, extra)
+    _correct_beyond(K, wanted, extra)
     for k in range(faults.working, faults.movable):
         _swing(state, faults, feedback, K.chain, K.free, faults.order[k], wanted)
     slips = SLIPS + SLIP_SIGMAS * feedback.sigma * feedback.failed_noise

@@ -71,7 +71,7 @@ feedback  The loop between the reference and the arm, see ``ftqp.kernel.feedback
     wound  f8[N]  integral part of a velocity arm's hold
     bent  f8[N]  memory
     baseline  f8[N]  torques that disturb for long
-    reduced_torque  f8[N]  what holds the softened, and what a joint's own motor adds to a correction
+    reduced_torque  f8[N]  what corrections ask for beyond a_max, of each motor
     missing  f8[N]  torques less ``baseline``, in a short mean
     same moved  f8[N]
     increment  f8[N]  the smallest step between samples
