@@ -77,7 +77,8 @@ def test_an_arm_that_rests_keeps_what_it_knows_of_its_rotors():
 
 @pytest.mark.parametrize("late", [0, 4])
 def test_samples_that_come_later_than_stated_are_known_to_from_how_the_arm_shakes(late):
-    planner, ride = ridden(seconds=2.0, rotors=0.1, mass=2.0, noise=1e-5, latency=late, stiffness=80.0)
+    """A loop of 120 1/s has no room for 4 ms and shakes; a softer one need not, and then none is learned."""
+    planner, ride = ridden(seconds=2.0, rotors=0.1, noise=1e-5, latency=late, stiffness=120.0)
     assert set(ride.status) == {"OK"}
     assert planner.learned.delay == pytest.approx(late * DT, abs=1.01 * DT)
     planner.reset(START)

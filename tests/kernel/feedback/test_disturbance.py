@@ -64,7 +64,7 @@ def test_a_correction_beyond_a_max_moves_its_joint_and_asks_the_others_for_a_max
 
 
 def test_a_correction_of_a_heavy_joint_does_not_throw_a_light_one(K):
-    """Beside a Panda's joint 4 that asks for three times a_max the wrist would be asked for more than a_max."""
+    """A Panda's wrist would be asked for more than a_max beside joint 4 that asks for three times its own."""
     M, a_max = K.feedback.M[:7, :7].copy(), PANDA.limits.a_max
     asked = abs(M[5, 3]) * 2.0 * a_max[3] / M[5, 5]
     assert asked > a_max[5]
