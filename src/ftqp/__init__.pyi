@@ -36,8 +36,8 @@ from ftqp.control.moving_base.inertial_task import InertialTask as InertialTask
 from ftqp.control.moving_base.inertial_task import MovingBase as MovingBase
 from ftqp.control.planner.arm_loop import Learned as Learned
 from ftqp.control.planner.certificate import Certificate as Certificate
+from ftqp.control.planner.detector import Detector as Detector
 from ftqp.control.planner.planner import Planner as Planner
-from ftqp.control.planner.response.detector import Detector as Detector
 from ftqp.control.planner.status import StepStatus as StepStatus
 from ftqp.control.planner.step import Step as Step
 from ftqp.control.planner.target import Target as Target
@@ -85,13 +85,13 @@ from ftqp.core.errors import InputError as InputError
 from ftqp.core.errors import MissingPackage as MissingPackage
 from ftqp.core.errors import ModelError as ModelError
 from ftqp.core.errors import ScenarioError as ScenarioError
-from ftqp.faults.detection.calibration import Calibration as Calibration
-from ftqp.faults.detection.diagnosis import Diagnosis as Diagnosis
-from ftqp.faults.detection.motion_log import Commanded as Commanded
-from ftqp.faults.detection.motion_log import MotionLog as MotionLog
+from ftqp.faults.calibration import Calibration as Calibration
+from ftqp.faults.diagnosis import Diagnosis as Diagnosis
 from ftqp.faults.kinds import Degraded as Degraded
 from ftqp.faults.kinds import FreeSwinging as FreeSwinging
 from ftqp.faults.kinds import Locked as Locked
+from ftqp.faults.motion_log import Commanded as Commanded
+from ftqp.faults.motion_log import MotionLog as MotionLog
 from ftqp.kernel.layout.criteria import Criterion as Criterion
 from ftqp.model import catalog as robots  # noqa: F401  its home has another name
 from ftqp.model.capsules import Capsule as Capsule

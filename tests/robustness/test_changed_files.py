@@ -15,7 +15,7 @@ from ftqp.app.commands.cli import app
 from ftqp.app.commands.mapping import load_study
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.calibration import Calibration
 from ftqp.model.robot import Robot
 from ftqp.qp import QP, solve
 from ftqp.sim.number_files import recorded_motion, waypoint_table

@@ -63,7 +63,7 @@ def calibrate(runs: list[Path], out: Path, as_json: bool = False) -> ExitCode:
     from ftqp.app.run.runs import SCENARIO
     from ftqp.app.scenario.setup import load
     from ftqp.app.schema.reading import Options
-    from ftqp.control.planner.response.detector import Detector
+    from ftqp.control.planner.detector import Detector
     from ftqp.sim.log.log_file import load_log
 
     free_path(out, "calibration")

@@ -159,7 +159,7 @@ def _shown(first: "Connection") -> Shown:
     """What a person reads."""
     from ftqp.control.drive.learned_servos import SURE, UNITS, hertz, with_error
     from ftqp.control.following.connection_words import SCATTERS
-    from ftqp.faults.detection.sight import TYPICAL
+    from ftqp.faults.sight import TYPICAL
 
     learned, diagnosis = first.learned, first.planner.diagnosis
     sight = None if diagnosis is None else diagnosis.sight

@@ -18,16 +18,16 @@ from ftqp.control.following.goto import GoTo
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.paths.path import Repeated
+from ftqp.control.planner.detector import Detector
 from ftqp.control.planner.leading_plan import plan_for
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.response.detector import Detector
 from ftqp.control.scene.placed_shapes import Scene
 from ftqp.control.scene.solid_shapes import WORDS, Shape
 from ftqp.control.task import bounds, schemes
 from ftqp.core.checks import FloatArray, array, instance
 from ftqp.core.errors import InputError, MissingPackage, ModelError, ScenarioError
 from ftqp.core.setting import keys_of
-from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.calibration import Calibration
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of

@@ -17,8 +17,8 @@ from ftqp.control.moving_base.inertial_task import InertialTask, MovingBase
 from ftqp.control.paths import KINDS as PATHS
 from ftqp.control.paths import Line, Path, PointToPoint, Waypoints
 from ftqp.control.paths.path import Repeated
+from ftqp.control.planner.detector import Detector
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.response.detector import Detector
 from ftqp.control.scene.placed_shapes import Clearance, Scene
 from ftqp.control.scene.solid_shapes import WORDS, Shape
 from ftqp.control.task.keep import CONSTRAINT_KINDS, KEPT, KINDS

@@ -13,7 +13,7 @@ from ftqp.app.schema.reading import Options, options
 from ftqp.app.view.verdicts_file import Verdicts
 from ftqp.control.following.goto import GoTo
 from ftqp.control.paths import Hold
-from ftqp.control.planner.response.detector import Detector
+from ftqp.control.planner.detector import Detector
 from ftqp.control.scene.solid_shapes import Box
 from ftqp.control.task import schemes
 from ftqp.control.task.task import ROW_SETS

@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.control.drive.joint_drive import BRAKES, KINDS, Drive, Noise
 from ftqp.control.drive.learned_servos import LearnedServos
 from ftqp.core.checks import FloatArray
-from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.calibration import Calibration
 from ftqp.kernel.layout.feedback_rooms import SERVO
 from ftqp.kernel.layout.thresholds import SERVO_DRIFT, SERVO_PRIOR, SPEED_SERVO_PRIOR, TORQUE_PRIOR
 from ftqp.model.robot import Robot

@@ -14,8 +14,8 @@ from ftqp.control.planner.constraint_list import Constraints, row_names
 from ftqp.control.planner.filled_rows import refuse_asking
 from ftqp.control.planner.free_joint import KEPT_OF, FreeJoint
 from ftqp.control.planner.leading_plan import PlanLeading
+from ftqp.control.planner.monitored import MonitorResponse
 from ftqp.control.planner.qp_solver import Solver
-from ftqp.control.planner.response.monitored import MonitorResponse
 from ftqp.control.planner.rollout_setup import RolloutSetup
 from ftqp.control.planner.settings import LEVELS, Settings
 from ftqp.control.planner.stages import CLOCK, FREE, Stage, Tick, staged
@@ -41,7 +41,7 @@ from ftqp.control.task.task import (
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
-from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.calibration import Calibration
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.planner_commands import LIMITS, PlannerCommands, ReserveSamples
 from ftqp.kernel.entry.session import ArmSession, Memory, Session

@@ -18,10 +18,10 @@ from ftqp.control.planner.constraint_list import (
     needs_qp,
     refuse_without_effect,
 )
+from ftqp.control.planner.detector import Detector
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
 from ftqp.control.planner.mounted_robot import warn_of_rotors
 from ftqp.control.planner.qp_solver import IN_KERNEL, NETWORK
-from ftqp.control.planner.response.detector import Detector
 from ftqp.control.planner.target import Target
 from ftqp.control.planner.task_list import split
 from ftqp.control.planner.ways.n_minus_one import NMinusOne
@@ -36,7 +36,7 @@ from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import EmergencyStop, Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError, ModelError, nearest, unknown
-from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.calibration import Calibration
 from ftqp.kernel.layout.enums import JOINTS, Level
 from ftqp.model.limits import within_branch
 from ftqp.model.robot import Robot

@@ -7,7 +7,7 @@ import pytest
 
 import ftqp
 from ftqp.core.errors import InputError
-from ftqp.faults.detection.motion_log import motion_of
+from ftqp.faults.motion_log import motion_of
 from ftqp.sim.log.log_arrays import Log
 
 DT = 1e-3

@@ -10,9 +10,9 @@ import numpy as np
 from ftqp.control.drive.learned_servos import UNITS
 from ftqp.control.planner.arm_loop import ArmLoop, learned_servos
 from ftqp.control.planner.stages import Stage
-from ftqp.faults.detection.diagnosis import Diagnosis, Finding
-from ftqp.faults.detection.sight import Sight
+from ftqp.faults.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault, FreeSwinging, Locked
+from ftqp.faults.sight import Sight
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.other_records import DOUBTED, LEFT_ALONE, SWINGS_NOW, WORKS_STILL
 from ftqp.kernel.layout.thresholds import GEAR, MONITOR_POLES

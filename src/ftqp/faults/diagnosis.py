@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.core.errors import unknown
-from ftqp.faults.detection.sight import Sight
+from ftqp.faults.sight import Sight
 from ftqp.kernel.layout.enums import FaultKind
 from ftqp.kernel.layout.thresholds import COARSEST, LEAST_SPEED, SUSPECTS
 

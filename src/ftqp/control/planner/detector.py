@@ -13,11 +13,11 @@ from ftqp.core.checks import FloatArray, instance, non_negative, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.fixed import Fixed
 from ftqp.core.setting import Setting, Settings
-from ftqp.faults.detection.calibrating import calibrated
-from ftqp.faults.detection.calibration import Calibration
-from ftqp.faults.detection.diagnosis import Diagnosis
-from ftqp.faults.detection.motion_log import MotionLog, RecordedRun, motion_of
+from ftqp.faults.calibrating import calibrated
+from ftqp.faults.calibration import Calibration
+from ftqp.faults.diagnosis import Diagnosis
 from ftqp.faults.kinds import Fault, refuse_unknown
+from ftqp.faults.motion_log import MotionLog, RecordedRun, motion_of
 from ftqp.kernel.entry.session import Session, bound
 from ftqp.kernel.layout.enums import DELAYS, HEALTHY, LOCKED
 from ftqp.kernel.layout.record import load_chain

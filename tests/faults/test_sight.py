@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.faults.detection.sight import Sight
+from ftqp.faults.sight import Sight
 
 
 def sight(deviation=1e-3, known=True, shaken=0.0):

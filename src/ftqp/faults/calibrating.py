@@ -6,8 +6,8 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.faults.detection.calibration import Calibration
-from ftqp.faults.detection.motion_log import MotionLog
+from ftqp.faults.calibration import Calibration
+from ftqp.faults.motion_log import MotionLog
 from ftqp.model.fitting.fitted_arm import arm_of
 from ftqp.model.fitting.torque_log import TorqueLog
 from ftqp.model.robot import Robot

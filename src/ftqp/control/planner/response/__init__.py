@@ -1,1 +1,0 @@
-"""What a planner does about what its detector sees of the arm."""

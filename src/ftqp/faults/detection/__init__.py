@@ -1,1 +1,0 @@
-"""Failures that nobody announced: a detector, its calibration, and what it says."""
