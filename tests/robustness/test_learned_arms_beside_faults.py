@@ -1,4 +1,6 @@
-"""Episodes of ``ftqp campaign wrong-model`` and ``detection`` in which a learned arm once broke a law."""
+"""Episodes of ``ftqp campaign wrong-model``, ``detection`` and ``strangers`` that once went wrong."""
+
+import json
 
 import pytest
 
@@ -81,3 +83,10 @@ def test_weak_wrist_behind_a_velocity_servo_that_creeps_to_rest_is_hardly_said_t
     """Its friction was believed to be far below zero, so that nothing could hold it: six alarms, now one."""
     row = row_of("detection", number)
     assert row["outcome"] == "sound" and not row["wrong_joint"] and row["false_alarms"] <= alarms
+
+
+@episodes(435, 952, 492)
+def test_healthy_wrist_that_was_pushed_and_comes_back_is_not_said_to_have_no_motor(number):
+    """It came back slowly, or at an even speed, and its servo was believed to be off."""
+    led = json.loads(row_of("strangers", number)["beside"])
+    assert led["healthy"] and led["ftqp"]["finished"] and not led["ftqp"]["accused"]

@@ -131,9 +131,9 @@ def _is_locked(K: Any, i: int) -> bool:
 
 @jit
 def _is_driven(K: Any, i: int) -> bool:
-    """Whether joint i, which has a servo, speeds up towards where it is sent: what pushes it does not."""
-    off = K.state.q_command[i] - K.monitor.means[0, i]
-    return bool(K.feedback.kind != TORQUE_DRIVE and K.monitor.a[i] * off > 0.0)
+    """Whether joint i, which has a servo, comes back to where it is sent, or begins to: no push does that."""
+    M, off = K.monitor, K.state.q_command[i] - K.monitor.means[0, i]
+    return bool(K.feedback.kind != TORQUE_DRIVE and (M.a[i] * off > 0.0 or M.v[i] * off > 0.0))
 
 
 @jit
