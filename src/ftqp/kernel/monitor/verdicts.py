@@ -155,9 +155,9 @@ def _has_no_motor(K: Any, i: int) -> bool:
 def _is_pushed_away(K: Any, i: int) -> bool:
     """Whether joint i leaves its command where neither its weight nor the others lead it: a push does."""
     M, v = K.monitor, K.monitor.v[i]
-    if K.feedback.kind == TORQUE_DRIVE or M.G_free[i] <= SUSPECTED * M.level:
+    if K.feedback.kind == TORQUE_DRIVE or M.G[i] <= SUSPECTED * M.level:
         return False
-    takes, most = M.weight[i] + M.inertia[i], abs(M.weight[i]) + abs(M.inertia[i])
+    takes, most = M.weight[i] + M.inertia[i], max(abs(M.weight[i]), abs(M.inertia[i]))
     return bool(M.rests[i] == 0 and M.r[i] * v < 0.0 and takes * v > MISTAKEN * most * abs(v))
 
 
