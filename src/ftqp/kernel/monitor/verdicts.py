@@ -125,7 +125,7 @@ def _is_locked(K: Any, i: int) -> bool:
             if M.G_lock[j] > M.G_lock[i]:
                 return False
     # a lock may look like a push or a hold, and lasts
-    common = is_pushed(K.feedback) or ALONE * others > M.G_lock[i]
+    common = is_pushed(K.feedback) or M.settles > 0 or ALONE * others > M.G_lock[i]
     return bool(M.G_lock[i] >= ALONE * M.level or not common)
 
 
